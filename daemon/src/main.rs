@@ -1,0 +1,2 @@
+//! The `axisd` daemon.
+fn main() {}

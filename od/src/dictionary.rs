@@ -1,0 +1,175 @@
+//! The values of one device.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use crate::{AbortCode, Address, Data, DataType, Entry, Origin, Schema, Value, value};
+
+/// Where an entry of a particular dictionary is kept: the fast way to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Slot(u16);
+
+impl Slot {
+    pub(crate) fn from_position(position: usize) -> Option<Self> {
+        u16::try_from(position).ok().map(Self)
+    }
+
+    pub(crate) const fn position(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// Most axes one device may have.
+pub(crate) const MAX_AXES: usize = 8;
+
+/// The object dictionary of one device.
+#[derive(Clone, Debug)]
+pub struct Dictionary {
+    schema: Arc<Schema>,
+    node_id: u8,
+    values: Vec<Value>,
+    written: VecDeque<Slot>,
+    is_written: Vec<bool>,
+    revision: u64,
+    pub(crate) owners: [Option<Origin>; MAX_AXES],
+}
+
+impl Dictionary {
+    /// A dictionary of `schema` with the power-on values of node `node_id`.
+    #[must_use]
+    pub fn new(schema: Arc<Schema>, node_id: u8) -> Self {
+        let values: Vec<Value> = schema.entries().map(|(_, entry)| entry.power_on(node_id)).collect();
+        let written = VecDeque::with_capacity(64.min(values.len()));
+        let is_written = vec![false; values.len()];
+        Self { schema, node_id, values, written, is_written, revision: 0, owners: [None; MAX_AXES] }
+    }
+
+    /// The objects this dictionary has.
+    #[must_use]
+    pub fn schema(&self) -> &Arc<Schema> {
+        &self.schema
+    }
+
+    /// The Node-ID that the defaults were made for.
+    #[must_use]
+    pub fn node_id(&self) -> u8 {
+        self.node_id
+    }
+
+    /// Gives every entry its power-on value again. What was written and not yet taken is forgotten.
+    pub fn reset(&mut self) {
+        for (value, (_, entry)) in self.values.iter_mut().zip(self.schema.entries()) {
+            *value = entry.power_on(self.node_id);
+        }
+        self.written.clear();
+        self.is_written.fill(false);
+        self.revision += 1;
+    }
+
+    /// The slot of the entry at `address`.
+    ///
+    /// # Errors
+    /// [`AbortCode::NoObject`] or [`AbortCode::NoSubIndex`].
+    pub fn find(&self, address: Address) -> Result<Slot, AbortCode> {
+        self.schema.slot(address).ok_or(if self.schema.has_object(address.index) {
+            AbortCode::NoSubIndex
+        } else {
+            AbortCode::NoObject
+        })
+    }
+
+    /// What a bus reads at `slot`.
+    ///
+    /// # Errors
+    /// [`AbortCode::WriteOnly`].
+    pub fn read(&self, slot: Slot) -> Result<(&Entry, &Value), AbortCode> {
+        let entry = self.schema.entry(slot).ok_or(AbortCode::NoObject)?;
+        let value = self.values.get(slot.position()).ok_or(AbortCode::NoObject)?;
+        if entry.access.is_readable() { Ok((entry, value)) } else { Err(AbortCode::WriteOnly) }
+    }
+
+    /// The bit pattern at `slot`, zero for strings and domains.
+    #[must_use]
+    pub fn raw(&self, slot: Slot) -> u64 {
+        self.values.get(slot.position()).map_or(0, Value::raw)
+    }
+
+    /// The integer at `slot`, sign-extended by its type; zero for strings and domains.
+    #[must_use]
+    pub fn integer(&self, slot: Slot) -> i128 {
+        self.data_type(slot).map_or(0, |t| t.integer(self.raw(slot)))
+    }
+
+    /// The value at `slot`.
+    #[must_use]
+    pub fn value(&self, slot: Slot) -> Option<&Value> {
+        self.values.get(slot.position())
+    }
+
+    fn data_type(&self, slot: Slot) -> Option<DataType> {
+        self.schema.entry(slot).map(|e| e.data_type)
+    }
+
+    /// Sets the bit pattern at `slot`: the device showing its own state. Bits the type does not have are cut off.
+    /// Never for what comes from a bus.
+    pub fn set(&mut self, slot: Slot, raw: u64) {
+        let Some(data_type) = self.data_type(slot) else { return };
+        if let Some(Value::Fixed(old)) = self.values.get_mut(slot.position()) {
+            let new = value::truncate(raw, data_type);
+            self.revision += u64::from(*old != new);
+            *old = new;
+        }
+    }
+
+    /// Sets the string or domain at `slot`: the device showing its own state.
+    pub fn set_bytes(&mut self, slot: Slot, bytes: &[u8]) {
+        if let Some(Value::Bytes(old)) = self.values.get_mut(slot.position()) {
+            self.revision += u64::from(old != bytes);
+            old.clear();
+            old.extend_from_slice(bytes);
+        }
+    }
+
+    /// Stores what the gate let through and remembers that it was written.
+    pub(crate) fn commit(&mut self, slot: Slot, data: Data<'_>) {
+        match data {
+            Data::Bytes(bytes) if matches!(self.value(slot), Some(Value::Bytes(_))) => {
+                self.set_bytes(slot, bytes);
+            }
+            Data::Bytes(_) | Data::Raw(_) => self.set(slot, data.raw()),
+        }
+        if let Some(flag) = self.is_written.get_mut(slot.position())
+            && !core::mem::replace(flag, true)
+        {
+            self.written.push_back(slot);
+        }
+    }
+
+    /// The next entry that a bus has written since it was last taken, in the order of writing.
+    pub fn take_written(&mut self) -> Option<Slot> {
+        let slot = self.written.pop_front()?;
+        if let Some(flag) = self.is_written.get_mut(slot.position()) {
+            *flag = false;
+        }
+        Some(slot)
+    }
+
+    /// Whether a bus has written anything that was not taken yet.
+    #[must_use]
+    pub fn has_written(&self) -> bool {
+        !self.written.is_empty()
+    }
+
+    /// A number that grows whenever any value changes.
+    #[must_use]
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Who alone may write the entries that command `axis`; `None` for everybody.
+    pub fn set_owner(&mut self, axis: u8, owner: Option<Origin>) {
+        if let Some(place) = self.owners.get_mut(usize::from(axis)) {
+            *place = owner;
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! The write gate: the only way from a bus into a dictionary.
+//!
+//! The order of checks is fixed, so that the abort code of a wrong access is predictable: the entry exists
+//! (that is [`Dictionary::find`]), access, length, range, owner, veto.
+
+use crate::{AbortCode, DataType, Dictionary, Entry, Slot, bits};
+
+/// Where an access comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Origin {
+    /// The kind of bus.
+    pub bus: Bus,
+    /// Which link of that kind, by its number in the configuration.
+    pub link: u16,
+    /// Which client on that link: an SDO server number, a connection.
+    pub client: u16,
+}
+
+/// The kinds of bus an access may come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Bus {
+    /// A CANopen network.
+    CanOpen,
+    /// The operator on this machine.
+    Local,
+}
+
+/// What is to be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Data<'a> {
+    /// Bytes as an SDO carries them: little endian, the length says the size.
+    Bytes(&'a [u8]),
+    /// A bit pattern that already has the width of the entry, as unpacked from a PDO.
+    Raw(u64),
+}
+
+impl Data<'_> {
+    pub(crate) fn raw(self) -> u64 {
+        match self {
+            Self::Raw(raw) => raw,
+            Self::Bytes(bytes) => bits::from_le(bytes),
+        }
+    }
+}
+
+/// One item of a batch.
+#[derive(Clone, Copy, Debug)]
+pub struct Write<'a> {
+    /// The entry.
+    pub slot: Slot,
+    /// What it is to hold.
+    pub data: Data<'a>,
+}
+
+/// Why a batch was dropped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// Position of the refused item in the batch.
+    pub item: usize,
+    /// The reason.
+    pub code: AbortCode,
+}
+
+impl Dictionary {
+    /// Writes the whole batch, or nothing.
+    ///
+    /// # Errors
+    /// The first item that was refused, and why.
+    pub fn write(&mut self, origin: Origin, batch: &[Write<'_>]) -> Result<(), Refusal> {
+        for (item, write) in batch.iter().enumerate() {
+            self.check(origin, write).map_err(|code| Refusal { item, code })?;
+        }
+        for write in batch {
+            self.commit(write.slot, write.data);
+        }
+        Ok(())
+    }
+
+    /// Whether [`Dictionary::write`] would take this item: every check, no change.
+    ///
+    /// # Errors
+    /// The abort code of the first check that fails.
+    pub fn check(&self, origin: Origin, write: &Write<'_>) -> Result<(), AbortCode> {
+        let entry = self.schema().entry(write.slot).ok_or(AbortCode::NoObject)?;
+        if !entry.access.is_writable() {
+            return Err(AbortCode::ReadOnly);
+        }
+        check_length(entry, write.data)?;
+        check_value(entry, write.data)?;
+        let owner = entry.command.and_then(|axis| *self.owners.get(usize::from(axis))?);
+        if owner.is_some_and(|owner| owner != origin) {
+            return Err(AbortCode::LocalControl);
+        }
+        entry.veto.map_or(Ok(()), |veto| veto(self, write.slot, write.data.raw()))
+    }
+}
+
+fn check_length(entry: &Entry, data: Data<'_>) -> Result<(), AbortCode> {
+    let Data::Bytes(bytes) = data else {
+        return entry.data_type.bits().map(|_| ()).ok_or(AbortCode::LengthMismatch);
+    };
+    let (shortest, longest) = entry.data_type.bytes().map_or((0, entry.max_length), |size| (size, size));
+    if bytes.len() > longest {
+        Err(AbortCode::TooLong)
+    } else if bytes.len() < shortest {
+        Err(AbortCode::TooShort)
+    } else {
+        Ok(())
+    }
+}
+
+fn check_value(entry: &Entry, data: Data<'_>) -> Result<(), AbortCode> {
+    match (entry.data_type, data) {
+        (DataType::Boolean, _) if data.raw() > 1 => Err(AbortCode::ValueTooHigh),
+        (DataType::VisibleString, Data::Bytes(text))
+            if !text.iter().all(|c| matches!(c, 0 | 0x20..=0x7E)) =>
+        {
+            Err(AbortCode::InvalidValue)
+        }
+        (data_type, _) => entry.range.map_or(Ok(()), |range| range.check(data_type, data.raw())),
+    }
+}

@@ -1,1 +1,28 @@
-//! Crate `axis`.
+//! The controller core: one motion axis in counts and raster steps.
+//!
+//! An [`Axis`] owns a [`Drive`] and is stepped once a raster [`Period`]. It turns goals (a position, a
+//! velocity, standstill) into set-points that keep every limit, and reports what the drive answers.
+//! Its only time is the number of steps; all arithmetic is `+ - * /`, `sqrt` and `floor`, so two runs of
+//! the same commands agree to the last bit on every machine.
+
+#![forbid(unsafe_code)]
+
+mod axis;
+mod drive;
+mod generator;
+mod limits;
+mod plant;
+mod profile;
+mod servo;
+mod status;
+mod units;
+
+pub use axis::Axis;
+pub use drive::{Capabilities, Command, Drive, DriveFault, DriveState, Feedback, Switches};
+pub use generator::{Generator, Goal};
+pub use limits::{Limits, PositionRange};
+pub use plant::{Plant, PlantConfig};
+pub use profile::{Profile, SetPoint};
+pub use servo::{ServoConfig, SimulatedServo};
+pub use status::{Actual, Fault, Motion, Status};
+pub use units::{Acceleration, Period, Position, Temperature, Torque, Velocity, Voltage};

@@ -1,0 +1,116 @@
+//! What an axis needs from a drive, simulated or real.
+
+use crate::profile::SetPoint;
+use crate::units::{Position, Temperature, Torque, Velocity, Voltage};
+
+/// A drive with its motor and encoder, in its own raw coordinates.
+///
+/// A drive never moves its origin: the axis keeps the offset between raw and axis coordinates.
+pub trait Drive: Send {
+    /// Runs one raster period under `command` and samples the result at its end.
+    fn step(&mut self, command: &Command) -> Feedback;
+
+    /// What the drive does by itself.
+    fn capabilities(&self) -> Capabilities {
+        Capabilities::default()
+    }
+}
+
+/// What the axis asks of the drive for one raster period.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Command {
+    /// Keep the power stage on, or switch it on.
+    pub enable: bool,
+    /// Where to be at the end of the period; meaningful while the drive is enabled.
+    pub set_point: SetPoint,
+    /// Highest torque the motor may give in either direction.
+    pub torque_limit: Torque,
+    /// Clear a fault; set for one period. A drive that needs longer reports `NotReady` meanwhile.
+    pub reset_fault: bool,
+}
+
+/// What the drive reports at the end of a raster period.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Feedback {
+    /// When the sample was taken, in raster steps since the drive started.
+    pub step: u64,
+    /// Whether the measured values below are from this step; the state always is.
+    pub valid: bool,
+    /// State of the power stage.
+    pub state: DriveState,
+    /// Encoder position.
+    pub position: Position,
+    /// Velocity of the motor.
+    pub velocity: Velocity,
+    /// Torque of the motor.
+    pub torque: Torque,
+    /// Supply of the power stage.
+    pub voltage: Voltage,
+    /// Temperature of the power stage.
+    pub temperature: Temperature,
+    /// Position switches.
+    pub switches: Switches,
+    /// Exact place of the last index passage; `None` until the first.
+    pub index: Option<Position>,
+}
+
+/// State of a drive's power stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DriveState {
+    /// Starting up; nothing can be asked of it yet.
+    #[default]
+    NotReady,
+    /// Power off, ready to be enabled.
+    Disabled,
+    /// On the way to `Enabled`; gives no torque yet.
+    Enabling,
+    /// Power on: follows its set-points.
+    Enabled,
+    /// Power off because of a fault, until the fault is reset.
+    Fault(DriveFault),
+    /// The drive no longer answers.
+    Lost,
+}
+
+/// Why a drive has switched itself off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriveFault {
+    /// The motor drew more current than the power stage stands.
+    OverCurrent,
+    /// The supply is too high.
+    OverVoltage,
+    /// The supply is too low.
+    UnderVoltage,
+    /// The power stage or the motor is too hot.
+    OverTemperature,
+    /// The motor gave more than its rated torque for too long.
+    Overload,
+    /// The encoder signal is missing or makes no sense.
+    Encoder,
+    /// A safety input has taken the torque off.
+    SafeTorqueOff,
+    /// Anything else inside the drive.
+    Internal,
+}
+
+/// Position switches; `true` is actuated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Switches {
+    /// End of travel in positive direction.
+    pub positive_limit: bool,
+    /// End of travel in negative direction.
+    pub negative_limit: bool,
+    /// Reference switch.
+    pub home: bool,
+}
+
+/// What a drive does by itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Capabilities {
+    /// Runs positioning profiles itself.
+    pub profiles_itself: bool,
+    /// Finds its reference position itself.
+    pub homes_itself: bool,
+    /// Needs no steps while it is off and at rest. A drive behind a bus needs every one.
+    pub sleeps: bool,
+}

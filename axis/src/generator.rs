@@ -1,0 +1,266 @@
+//! The set-point generator: trapezoids in discrete time.
+//!
+//! Acceleration is constant within a raster step, so a step from velocity `v` to `w` covers `(v + w)/2 · T`.
+//! Braking by at most `q` counts/s a step, a stop from `w = n·q + r` (`0 <= r < q`) takes `n` full steps and
+//! one of `r`. Each step the generator takes the highest velocity from which such a stop still ends at or
+//! before the target, and before every position limit. So nothing is planned ahead, and any change on the
+//! fly is just another step.
+
+use crate::limits::{Limits, PositionRange};
+use crate::profile::{Profile, SetPoint};
+use crate::units::{Acceleration, Period, Position, Velocity};
+
+/// Braking may be this much harder than planned, to make up for rounding.
+const ROUNDING: f64 = 1e-9;
+
+const STANDSTILL: Velocity = Velocity(0.0);
+
+/// What the set-points are to reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// Stand at a position.
+    MoveTo(Position),
+    /// Run at a velocity, cut to the profile velocity.
+    RunAt(Velocity),
+    /// Ramp down and stand.
+    Stop,
+}
+
+/// Generates one set-point a raster step.
+#[derive(Clone, Debug)]
+pub struct Generator {
+    period: f64,
+    limits: Limits,
+    profile: Profile,
+    goal: Goal,
+    now: SetPoint,
+    done: bool,
+    limited: bool,
+}
+
+/// What a goal asks of one step: a direction (±1), the highest speed in it, and where to end.
+struct Wish {
+    direction: f64,
+    speed: f64,
+    end: Option<f64>,
+}
+
+/// The highest changes of speed in one step, in counts/s.
+struct Ramps {
+    up: f64,
+    down: f64,
+}
+
+impl Generator {
+    /// A generator that stands at position 0.
+    #[must_use]
+    pub fn new(period: Period, limits: Limits) -> Self {
+        Self {
+            period: period.seconds(),
+            limits: limits.sanitised(),
+            profile: Profile::default(),
+            goal: Goal::Stop,
+            now: SetPoint::default(),
+            done: true,
+            limited: false,
+        }
+    }
+
+    /// Starts over from a place and a velocity, to ramp down at the axis maximum. What is not finite counts
+    /// as zero; the velocity is cut to the axis maximum.
+    pub fn place(&mut self, position: Position, velocity: Velocity) {
+        let speed = velocity.0.clamp(-self.limits.velocity.0, self.limits.velocity.0);
+        self.now = SetPoint {
+            position: Position(finite(position.0)),
+            velocity: Velocity(finite(speed)),
+            acceleration: Acceleration(0.0),
+        };
+        self.command(Goal::Stop, Profile::default());
+    }
+
+    /// Replaces the goal and the profile; valid in any state of motion.
+    ///
+    /// A target is cut to ±2^53 counts. A goal that is not a number is a stop.
+    pub fn command(&mut self, goal: Goal, profile: Profile) {
+        self.goal = match goal {
+            Goal::MoveTo(target) if target.0.is_nan() => Goal::Stop,
+            Goal::RunAt(velocity) if velocity.0.is_nan() => Goal::Stop,
+            Goal::MoveTo(target) => Goal::MoveTo(PositionRange::EXACT.nearest(target)),
+            Goal::RunAt(_) | Goal::Stop => goal,
+        };
+        self.profile = profile;
+        self.done = false;
+        self.limited = false;
+    }
+
+    /// Replaces the axis maxima. What a motion in progress cannot keep any more (a velocity, a position) it
+    /// approaches as fast as the axis can.
+    pub fn set_limits(&mut self, limits: Limits) {
+        self.limits = limits.sanitised();
+    }
+
+    /// The axis maxima.
+    #[must_use]
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Moves the coordinate system: the present place and the target get `by` added.
+    pub fn shift(&mut self, by: Position) {
+        self.now.position = self.now.position + by;
+        if let Goal::MoveTo(target) = self.goal {
+            self.goal = Goal::MoveTo(PositionRange::EXACT.nearest(target + by));
+        }
+    }
+
+    /// The present set-point.
+    #[must_use]
+    pub fn set_point(&self) -> &SetPoint {
+        &self.now
+    }
+
+    /// Whether the last step has reached the goal, or come as near as the position limits allow.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.done
+    }
+
+    /// Whether a position limit has changed or stopped the motion since the last command.
+    #[must_use]
+    pub fn is_limited(&self) -> bool {
+        self.limited
+    }
+
+    /// Goes on by one raster step. A motion that a position limit has stopped takes a new command to go on.
+    pub fn step(&mut self) {
+        let profile = self.limits.clamp(self.profile);
+        let ramps =
+            Ramps { up: profile.acceleration.0 * self.period, down: profile.deceleration.0 * self.period };
+        let range = self.limits.range().including(self.now.position);
+        let wish = self.wish(&profile, &ramps, range);
+        let wanted = self.follow(&wish, &ramps);
+        let allowed = self.contain(wanted, ramps.down, range);
+
+        let blocked = allowed != wanted || self.reaches_beyond(range);
+        self.limited |= blocked;
+        if blocked && self.stands() && allowed == STANDSTILL {
+            self.goal = Goal::Stop;
+        }
+        self.advance(allowed, wish.end, range);
+        self.done = match wish.end {
+            Some(end) => self.stands() && self.now.position == Position(end),
+            None => self.now.velocity == Velocity(wish.direction * wish.speed),
+        };
+    }
+
+    /// What the goal asks of this step.
+    fn wish(&self, profile: &Profile, ramps: &Ramps, range: PositionRange) -> Wish {
+        let velocity = self.now.velocity.0;
+        match self.goal {
+            Goal::MoveTo(target) => {
+                let end = range.nearest(target).0;
+                let way = end - self.now.position.0;
+                let direction = sign(if way == 0.0 { velocity } else { way });
+                let stoppable = self.stoppable(velocity * direction, way.abs(), ramps.down);
+                Wish { direction, speed: stoppable.min(profile.velocity.0), end: Some(end) }
+            }
+            Goal::RunAt(wanted) => {
+                let speed = wanted.0.abs().min(profile.velocity.0);
+                Wish { direction: sign(wanted.0), speed, end: None }
+            }
+            Goal::Stop => Wish { direction: sign(velocity), speed: 0.0, end: None },
+        }
+    }
+
+    /// The velocity after this step that comes nearest to the wish within the ramps.
+    fn follow(&self, wish: &Wish, ramps: &Ramps) -> Velocity {
+        let speed = self.now.velocity.0 * wish.direction;
+        let highest = if speed >= 0.0 {
+            speed + ramps.up
+        } else if speed + ramps.down <= 0.0 {
+            speed + ramps.down
+        } else {
+            ramps.up * (1.0 + speed / ramps.down)
+        };
+        let lowest = speed - ramps.down * (1.0 + ROUNDING);
+        Velocity(wish.direction * wish.speed.min(highest).max(lowest))
+    }
+
+    /// `wanted`, cut so that a stop within `range` stays possible.
+    fn contain(&self, wanted: Velocity, down: f64, range: PositionRange) -> Velocity {
+        let (position, velocity) = (self.now.position.0, self.now.velocity.0);
+        let below = self.cut(wanted.0, velocity, range.max().0 - position, down);
+        Velocity(-self.cut(-below, -velocity, position - range.min().0, down))
+    }
+
+    /// `wanted`, cut so that a stop within `room` in positive direction stays possible: braking by `down` a
+    /// step or, when that is too late, by as much as it takes and the axis can.
+    fn cut(&self, wanted: f64, velocity: f64, room: f64, down: f64) -> f64 {
+        let most = self.limits.acceleration.0 * self.period;
+        let rate = self.required(velocity, room).min(most).max(down);
+        let highest = self.stoppable(velocity, room, rate);
+        wanted.min(highest.max(velocity - rate * (1.0 + ROUNDING)))
+    }
+
+    /// The highest speed after this step, coming from `speed`, from which braking by `rate` a step stops
+    /// within `room`; zero when there is none.
+    fn stoppable(&self, speed: f64, room: f64, rate: f64) -> f64 {
+        let way = room / self.period - speed / 2.0;
+        if way <= 0.0 {
+            return 0.0;
+        }
+        let full_steps = (((1.0 + 8.0 * way / rate).sqrt() - 1.0) / 2.0).floor();
+        let rest = (way - rate * full_steps * (full_steps + 1.0) / 2.0) / (full_steps + 1.0);
+        (full_steps * rate + rest).max(0.0)
+    }
+
+    /// The least change of speed a step that stops `speed` within `room`; infinite when none does.
+    fn required(&self, speed: f64, room: f64) -> f64 {
+        if speed <= 0.0 {
+            return 0.0;
+        }
+        let way = room / self.period;
+        let full_steps = (2.0 * way / speed).floor();
+        if full_steps < 1.0 {
+            return f64::INFINITY;
+        }
+        ((2.0 * full_steps + 1.0) * speed - 2.0 * way) / (full_steps * (full_steps + 1.0))
+    }
+
+    /// Whether the target lies outside of `range`.
+    fn reaches_beyond(&self, range: PositionRange) -> bool {
+        matches!(self.goal, Goal::MoveTo(target) if !range.contains(target))
+    }
+
+    /// Moves on to `velocity`; coming to rest within rounding of the target or a limit, exactly there.
+    fn advance(&mut self, velocity: Velocity, end: Option<f64>, range: PositionRange) {
+        let before = self.now;
+        let position = before.position.0 + (before.velocity + velocity).0 / 2.0 * self.period;
+        let close = 1e-9 + position.abs() * (16.0 * f64::EPSILON);
+        let is_close = |place: &f64| (position - place).abs() <= close;
+        let stops = [end, Some(range.min().0), Some(range.max().0)];
+        let stop = stops.into_iter().flatten().find(is_close);
+        let slow = velocity.abs().0 * self.period <= close;
+        let (position, velocity) = match stop {
+            Some(place) if slow => (place, STANDSTILL),
+            Some(_) | None => (position, velocity),
+        };
+        self.now = SetPoint {
+            position: Position(position),
+            velocity,
+            acceleration: Acceleration((velocity - before.velocity).0 / self.period),
+        };
+    }
+
+    fn stands(&self) -> bool {
+        self.now.velocity == STANDSTILL
+    }
+}
+
+fn sign(value: f64) -> f64 {
+    if value < 0.0 { -1.0 } else { 1.0 }
+}
+
+fn finite(value: f64) -> f64 {
+    if value.is_finite() { value } else { 0.0 }
+}

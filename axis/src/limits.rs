@@ -1,0 +1,172 @@
+//! The maxima of an axis.
+
+use crate::profile::Profile;
+use crate::units::{Acceleration, Position, Torque, Velocity, magnitude};
+
+/// What an axis never exceeds, whatever it is told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Highest speed, 0 to 10^12 counts/s.
+    pub velocity: Velocity,
+    /// Highest acceleration and deceleration, 10^-3 to 10^15 counts/s².
+    pub acceleration: Acceleration,
+    /// Highest torque, 0 to 10^6 per mille of rated torque.
+    pub torque: Torque,
+    /// Software position limits; `None` is the whole exact range of counts.
+    pub position: Option<PositionRange>,
+}
+
+impl Limits {
+    const MAX_VELOCITY: f64 = 1e12;
+    const MIN_ACCELERATION: f64 = 1e-3;
+    const MAX_ACCELERATION: f64 = 1e15;
+    const MAX_TORQUE: f64 = 1e6;
+
+    /// The limits with every value pulled into its range; what is not a number becomes the smallest value.
+    #[must_use]
+    pub fn sanitised(self) -> Self {
+        let acceleration = magnitude(self.acceleration.0, Self::MAX_ACCELERATION).max(Self::MIN_ACCELERATION);
+        Self {
+            velocity: Velocity(magnitude(self.velocity.0, Self::MAX_VELOCITY)),
+            acceleration: Acceleration(acceleration),
+            torque: Torque(magnitude(self.torque.0, Self::MAX_TORQUE)),
+            position: self.position,
+        }
+    }
+
+    /// The profile as this axis runs it: no value above its maximum.
+    ///
+    /// Signs are dropped and a velocity that is not a number is zero. A ramp that is zero or not a number
+    /// becomes the axis maximum, so that a motion can always be stopped; none is below 10^-3 counts/s².
+    #[must_use]
+    pub fn clamp(&self, profile: Profile) -> Profile {
+        Profile {
+            velocity: Velocity(magnitude(profile.velocity.0, self.velocity.0)),
+            acceleration: self.ramp(profile.acceleration),
+            deceleration: self.ramp(profile.deceleration),
+        }
+    }
+
+    /// Where set-points may be.
+    #[must_use]
+    pub fn range(&self) -> PositionRange {
+        self.position.unwrap_or(PositionRange::EXACT)
+    }
+
+    fn ramp(&self, wanted: Acceleration) -> Acceleration {
+        let rate = magnitude(wanted.0, self.acceleration.0);
+        Acceleration(if rate > 0.0 { rate.max(Self::MIN_ACCELERATION) } else { self.acceleration.0 })
+    }
+}
+
+impl Default for Limits {
+    /// 50 rev/s, 1000 rev/s² and three times the rated torque on the default plant; no position limits.
+    fn default() -> Self {
+        Self {
+            velocity: Velocity(409_600.0),
+            acceleration: Acceleration(8_192_000.0),
+            torque: Torque(3000.0),
+            position: None,
+        }
+    }
+}
+
+/// A closed range of positions that holds at least one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionRange {
+    min: Position,
+    max: Position,
+}
+
+impl PositionRange {
+    /// The range in which whole counts are exact: ±2^53.
+    pub const EXACT: Self = Self { min: Position(-Self::BOUND), max: Position(Self::BOUND) };
+
+    const BOUND: f64 = 9_007_199_254_740_992.0;
+
+    /// The range from `min` to `max`, cut to ±2^53 (an infinite end is no limit on that side); `None` when
+    /// an end is not a number or the range is empty.
+    #[must_use]
+    pub fn new(min: Position, max: Position) -> Option<Self> {
+        let cut = |end: Position| Position(end.0.clamp(-Self::BOUND, Self::BOUND));
+        (min <= max).then(|| Self { min: cut(min), max: cut(max) })
+    }
+
+    /// The lower end.
+    #[must_use]
+    pub const fn min(&self) -> Position {
+        self.min
+    }
+
+    /// The upper end.
+    #[must_use]
+    pub const fn max(&self) -> Position {
+        self.max
+    }
+
+    /// Whether `position` lies in the range, ends included.
+    #[must_use]
+    pub fn contains(&self, position: Position) -> bool {
+        self.min <= position && position <= self.max
+    }
+
+    /// The place in the range nearest to `position`; the lower end for what is not a number.
+    #[must_use]
+    pub fn nearest(&self, position: Position) -> Position {
+        Position(position.0.max(self.min.0).min(self.max.0))
+    }
+
+    /// The smallest range that holds this one and `position`.
+    #[must_use]
+    pub(crate) fn including(self, position: Position) -> Self {
+        Self { min: Position(self.min.0.min(position.0)), max: Position(self.max.0.max(position.0)) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_refuses_reversed_and_unordered_ends() {
+        assert_eq!(PositionRange::new(Position(1.0), Position(0.0)), None);
+        assert_eq!(PositionRange::new(Position(f64::NAN), Position(0.0)), None);
+    }
+
+    #[test]
+    fn an_infinite_end_is_no_limit_on_that_side() {
+        let range = PositionRange::new(Position(f64::NEG_INFINITY), Position(5.0)).unwrap();
+        assert!(range.contains(Position(-1e15)));
+        assert_eq!(range.nearest(Position(6.0)), Position(5.0));
+    }
+
+    #[test]
+    fn a_profile_is_clamped_to_the_axis_maxima() {
+        let limits = Limits::default();
+        let wild = Profile {
+            velocity: Velocity(f64::NAN),
+            acceleration: Acceleration(f64::INFINITY),
+            deceleration: Acceleration(-5.0),
+        };
+        let clamped = limits.clamp(wild);
+        assert_eq!(clamped.velocity, Velocity(0.0));
+        assert_eq!(clamped.acceleration, limits.acceleration);
+        assert_eq!(clamped.deceleration, Acceleration(5.0));
+        assert_eq!(limits.clamp(Profile::default()).deceleration, limits.acceleration);
+    }
+
+    #[test]
+    fn limits_that_are_not_numbers_become_the_smallest_value() {
+        let nan = f64::NAN;
+        let wild = Limits {
+            velocity: Velocity(nan),
+            acceleration: Acceleration(nan),
+            torque: Torque(nan),
+            position: None,
+        };
+        let tame = wild.sanitised();
+        assert_eq!(tame.velocity, Velocity(0.0));
+        assert_eq!(tame.acceleration, Acceleration(1e-3));
+        assert_eq!(tame.torque, Torque(0.0));
+    }
+}

@@ -1,0 +1,27 @@
+//! What a motion is made of.
+
+use crate::units::{Acceleration, Position, Velocity};
+
+/// How fast a motion may run and how hard it may ramp; magnitudes.
+///
+/// An axis reads the values with its own maxima applied ([`Limits::clamp`](crate::Limits::clamp)).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Profile {
+    /// Highest speed; zero stands still.
+    pub velocity: Velocity,
+    /// Rate at which the speed rises; zero means the axis maximum.
+    pub acceleration: Acceleration,
+    /// Rate at which the speed falls; zero means the axis maximum.
+    pub deceleration: Acceleration,
+}
+
+/// Where the axis has to be at the end of a raster step, how fast, and the acceleration that led there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SetPoint {
+    /// Place at the end of the step.
+    pub position: Position,
+    /// Velocity at the end of the step.
+    pub velocity: Velocity,
+    /// Acceleration throughout the step.
+    pub acceleration: Acceleration,
+}

@@ -1,0 +1,184 @@
+//! A simulated drive: the plant under a cascaded controller.
+
+use crate::drive::{Capabilities, Command, Drive, DriveState, Feedback};
+use crate::plant::{Plant, PlantConfig};
+use crate::profile::SetPoint;
+use crate::units::{Period, Temperature, Torque, Voltage};
+
+/// Longest period of the inner controller, in ns.
+const INNER_NANOS: u64 = 125_000;
+
+/// What a simulated drive is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ServoConfig {
+    /// The mechanics.
+    pub plant: PlantConfig,
+    /// Raster steps from the enable command to power on.
+    pub enabling_steps: u32,
+    /// Supply it reports.
+    pub voltage: Voltage,
+    /// Temperature it reports.
+    pub temperature: Temperature,
+}
+
+impl Default for ServoConfig {
+    /// The default plant, enabled after 10 steps, at 48 V and 25 °C.
+    fn default() -> Self {
+        Self {
+            plant: PlantConfig::default(),
+            enabling_steps: 10,
+            voltage: Voltage(48.0),
+            temperature: Temperature(25.0),
+        }
+    }
+}
+
+/// A drive that is all simulation.
+#[derive(Clone, Debug)]
+pub struct SimulatedServo {
+    plant: Plant,
+    controller: Controller,
+    inner_steps: u32,
+    inner_seconds: f64,
+    enabling_steps: u32,
+    enabling_left: u32,
+    state: DriveState,
+    steps: u64,
+    torque: Torque,
+    voltage: Voltage,
+    temperature: Temperature,
+}
+
+impl SimulatedServo {
+    /// A drive stepped once every `period`; it starts disabled and at rest.
+    #[must_use]
+    pub fn new(period: Period, config: ServoConfig) -> Self {
+        let inner_steps = u32::try_from(period.nanos().div_ceil(INNER_NANOS)).unwrap_or(u32::MAX);
+        Self {
+            plant: Plant::new(config.plant),
+            controller: Controller::default(),
+            inner_steps,
+            inner_seconds: period.seconds() / f64::from(inner_steps),
+            enabling_steps: config.enabling_steps,
+            enabling_left: 0,
+            state: DriveState::Disabled,
+            steps: 0,
+            torque: Torque(0.0),
+            voltage: config.voltage,
+            temperature: config.temperature,
+        }
+    }
+
+    fn switch(&mut self, enable: bool) {
+        self.state = match (self.state, enable) {
+            (fault @ (DriveState::Fault(_) | DriveState::Lost), _) => fault,
+            (_, false) => DriveState::Disabled,
+            (DriveState::Enabled, true) => DriveState::Enabled,
+            (DriveState::NotReady | DriveState::Disabled, true) => self.start_enabling(),
+            (DriveState::Enabling, true) => self.go_on_enabling(),
+        };
+    }
+
+    fn start_enabling(&mut self) -> DriveState {
+        self.enabling_left = self.enabling_steps;
+        self.go_on_enabling()
+    }
+
+    fn go_on_enabling(&mut self) -> DriveState {
+        if self.enabling_left > 0 {
+            self.enabling_left -= 1;
+            return DriveState::Enabling;
+        }
+        self.controller = Controller::default();
+        DriveState::Enabled
+    }
+
+    fn drive(&mut self, set_point: &SetPoint, limit: Torque) {
+        for left in (0..self.inner_steps).rev() {
+            let target = earlier(set_point, f64::from(left) * self.inner_seconds);
+            self.torque = self.controller.torque(&self.plant, &target, limit, self.inner_seconds);
+            self.plant.step(self.torque, self.inner_seconds);
+        }
+    }
+
+    fn coast(&mut self) {
+        self.torque = Torque(0.0);
+        for _ in 0..self.inner_steps {
+            self.plant.step(self.torque, self.inner_seconds);
+        }
+    }
+
+    fn feedback(&self) -> Feedback {
+        Feedback {
+            step: self.steps,
+            valid: true,
+            state: self.state,
+            position: self.plant.encoder(),
+            velocity: self.plant.velocity(),
+            torque: self.torque,
+            voltage: self.voltage,
+            temperature: self.temperature,
+            switches: self.plant.switches(),
+            index: self.plant.index(),
+        }
+    }
+}
+
+impl Drive for SimulatedServo {
+    fn step(&mut self, command: &Command) -> Feedback {
+        self.steps = self.steps.wrapping_add(1);
+        let powered = self.state == DriveState::Enabled && command.enable;
+        self.switch(command.enable);
+        if powered {
+            self.drive(&command.set_point, command.torque_limit);
+        } else {
+            self.coast();
+        }
+        self.feedback()
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities { sleeps: true, ..Capabilities::default() }
+    }
+}
+
+/// Position, then velocity with an integral part, on top of feed-forward torque.
+#[derive(Clone, Debug, Default)]
+struct Controller {
+    /// Acceleration the integral part adds, in counts/s².
+    integral: f64,
+}
+
+impl Controller {
+    /// Velocity per position error, in 1/s.
+    const POSITION_GAIN: f64 = 200.0;
+    /// Acceleration per velocity error, in 1/s.
+    const VELOCITY_GAIN: f64 = 1000.0;
+    /// Growth of the integral part per velocity error, in 1/s².
+    const INTEGRAL_GAIN: f64 = 50_000.0;
+    /// Position error that quantisation hides, in counts.
+    const DEAD_BAND: f64 = 0.5;
+
+    fn torque(&mut self, plant: &Plant, target: &SetPoint, limit: Torque, seconds: f64) -> Torque {
+        let lag = (target.position - plant.encoder()).0;
+        let lag = lag - lag.clamp(-Self::DEAD_BAND, Self::DEAD_BAND);
+        let wanted = target.velocity.0 + Self::POSITION_GAIN * lag;
+        let slip = wanted - plant.velocity().0;
+        let integral = self.integral + Self::INTEGRAL_GAIN * slip * seconds;
+        let acceleration = target.acceleration.0 + Self::VELOCITY_GAIN * slip + integral;
+        let torque = plant.torque_for(acceleration, target.velocity.0);
+        if torque.abs() <= limit {
+            self.integral = integral;
+        }
+        Torque(torque.0.max(-limit.0).min(limit.0))
+    }
+}
+
+/// The set-point as it was `seconds` before its time.
+fn earlier(set_point: &SetPoint, seconds: f64) -> SetPoint {
+    let (velocity, acceleration) = (set_point.velocity.0, set_point.acceleration.0);
+    let mut then = *set_point;
+    then.velocity.0 = velocity - acceleration * seconds;
+    then.position.0 -= (velocity - acceleration * seconds / 2.0) * seconds;
+    then
+}

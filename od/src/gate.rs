@@ -76,6 +76,20 @@ impl Dictionary {
         Ok(())
     }
 
+    /// The first checks of the gate for a transfer whose data are still to come: access and, as far as it was
+    /// announced, length. Returns the most bytes that the transfer may have.
+    ///
+    /// # Errors
+    /// [`AbortCode::ReadOnly`], [`AbortCode::TooLong`] or [`AbortCode::TooShort`].
+    pub fn admit(&self, slot: Slot, announced: Option<usize>) -> Result<usize, AbortCode> {
+        let entry = self.schema().entry(slot).ok_or(AbortCode::NoObject)?;
+        if !entry.access.is_writable() {
+            return Err(AbortCode::ReadOnly);
+        }
+        announced.map_or(Ok(()), |length| check_length(entry, length))?;
+        Ok(length_limits(entry).1)
+    }
+
     /// Whether [`Dictionary::write`] would take this item: every check, no change.
     ///
     /// # Errors
@@ -85,7 +99,9 @@ impl Dictionary {
         if !entry.access.is_writable() {
             return Err(AbortCode::ReadOnly);
         }
-        check_length(entry, write.data)?;
+        if let Data::Bytes(bytes) = write.data {
+            check_length(entry, bytes.len())?;
+        }
         check_value(entry, write.data)?;
         let owner = entry.command.and_then(|axis| *self.owners.get(usize::from(axis))?);
         if owner.is_some_and(|owner| owner != origin) {
@@ -95,22 +111,25 @@ impl Dictionary {
     }
 }
 
-fn check_length(entry: &Entry, data: Data<'_>) -> Result<(), AbortCode> {
-    let Data::Bytes(bytes) = data else {
-        return entry.data_type.bits().map(|_| ()).ok_or(AbortCode::LengthMismatch);
-    };
-    let (shortest, longest) = entry.data_type.bytes().map_or((0, entry.max_length), |size| (size, size));
-    if bytes.len() > longest {
+fn check_length(entry: &Entry, length: usize) -> Result<(), AbortCode> {
+    let (shortest, longest) = length_limits(entry);
+    if length > longest {
         Err(AbortCode::TooLong)
-    } else if bytes.len() < shortest {
+    } else if length < shortest {
         Err(AbortCode::TooShort)
     } else {
         Ok(())
     }
 }
 
+/// Fewest and most bytes that may be written.
+fn length_limits(entry: &Entry) -> (usize, usize) {
+    entry.data_type.bytes().map_or((0, entry.max_length), |size| (size, size))
+}
+
 fn check_value(entry: &Entry, data: Data<'_>) -> Result<(), AbortCode> {
     match (entry.data_type, data) {
+        (data_type, Data::Raw(_)) if data_type.bits().is_none() => Err(AbortCode::LengthMismatch),
         (DataType::Boolean, _) if data.raw() > 1 => Err(AbortCode::ValueTooHigh),
         (DataType::VisibleString, Data::Bytes(text))
             if !text.iter().all(|c| matches!(c, 0 | 0x20..=0x7E)) =>

@@ -34,7 +34,7 @@ impl Mapping {
     /// The mapping of the given parameters (0xIIIISSBB: index, sub-index, bits) into `room` bits.
     ///
     /// # Errors
-    /// [`AbortCode::NoObject`], [`AbortCode::NoSubIndex`] or [`AbortCode::NotMappable`] as [`Mapping::field`] says,
+    /// [`AbortCode::NoObject`] or [`AbortCode::NotMappable`] as [`Mapping::field`] says,
     /// [`AbortCode::PdoLength`] when they do not fit.
     pub fn new(
         schema: &Schema,
@@ -55,21 +55,15 @@ impl Mapping {
     /// What one mapping parameter (0xIIIISSBB) stands for.
     ///
     /// # Errors
-    /// [`AbortCode::NoObject`] or [`AbortCode::NoSubIndex`] for what does not exist, [`AbortCode::NotMappable`]
-    /// for what may not be mapped this way or has another width.
+    /// [`AbortCode::NoObject`] for what does not exist, sub-index included (CiA 301 v4.2, section 7.5.2.36 names no
+    /// other), [`AbortCode::NotMappable`] for what may not be mapped this way or has another width.
     pub fn field(schema: &Schema, direction: Direction, parameter: u32) -> Result<Field, AbortCode> {
         let [width, sub, low, high] = parameter.to_le_bytes();
         let address = Address::new(u16::from_le_bytes([low, high]), sub);
         if address.index < 0x1000 {
             return dummy(direction, address, width);
         }
-        let Some(slot) = schema.slot(address) else {
-            return Err(if schema.has_object(address.index) {
-                AbortCode::NoSubIndex
-            } else {
-                AbortCode::NoObject
-            });
-        };
+        let slot = schema.slot(address).ok_or(AbortCode::NoObject)?;
         let entry = schema.entry(slot).ok_or(AbortCode::NoObject)?;
         let allowed = match direction {
             Direction::Receive => entry.mappable.receive(),

@@ -30,7 +30,7 @@ fn refusal(direction: Direction, parameters: &[u32]) -> Option<AbortCode> {
 fn what_may_not_be_mapped_is_refused() {
     use Direction::{Receive, Transmit};
     assert_eq!(refusal(Receive, &[0x3000_0008]), Some(AbortCode::NoObject));
-    assert_eq!(refusal(Receive, &[0x2000_0108]), Some(AbortCode::NoSubIndex));
+    assert_eq!(refusal(Receive, &[0x2000_0108]), Some(AbortCode::NoObject));
     assert_eq!(refusal(Receive, &[0x2003_0008]), Some(AbortCode::NotMappable));
     assert_eq!(refusal(Transmit, &[0x2003_0008]), None);
     assert_eq!(refusal(Transmit, &[0x2004_0008]), Some(AbortCode::NotMappable));

@@ -1,1 +1,20 @@
-//! Crate `profiles`.
+//! Device profiles: which objects a device has, and what each of them does.
+//!
+//! A [`Profile`] is read from a TOML file in `devices/`: the objects with type, access and default, the
+//! behaviour ([`Binding`]) behind each that has one, the PDOs and the motors to choose from. Adding a device
+//! is adding a file. Nothing in here reads files or clocks: the text comes in as an argument.
+
+#![forbid(unsafe_code)]
+#![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
+
+mod binding;
+mod diagnostics;
+mod file;
+mod motor;
+mod profile;
+
+pub use binding::{Binding, UnknownBinding};
+pub use diagnostics::{Diagnostic, Diagnostics, Report, Span};
+pub use file::reader;
+pub use motor::Motor;
+pub use profile::{Bound, Dialect, Later, Profile};

@@ -1,0 +1,189 @@
+//! The behaviours an entry can be bound to, by the names that profile files use.
+
+use core::fmt;
+use core::str::FromStr;
+
+use thiserror::Error;
+
+macro_rules! bindings {
+    ($($(#[$doc:meta])+ $variant:ident = $name:literal,)*) => {
+        /// What an entry of a device does beyond storing a value.
+        ///
+        /// The discriminants count from zero, so `binding as usize` indexes an array of [`Binding::COUNT`].
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(usize)]
+        pub enum Binding {
+            $($(#[$doc])+ $variant,)*
+        }
+
+        impl Binding {
+            /// Every behaviour, in the order of the discriminants.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),*];
+
+            /// How many behaviours there are.
+            pub const COUNT: usize = Self::ALL.len();
+
+            /// The name that profile files use.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+        }
+    };
+}
+
+bindings! {
+    /// 0x6040: commands of the drive state machine.
+    Controlword = "controlword",
+    /// 0x6041: state of the drive state machine.
+    Statusword = "statusword",
+    /// 0x603F: the last fault.
+    ErrorCode = "error_code",
+    /// 0x6007: reaction to a lost connection.
+    AbortConnectionOption = "abort_connection_option",
+    /// 0x605A: reaction to a quick stop.
+    QuickStopOption = "quick_stop_option",
+    /// 0x605B: reaction to a shutdown.
+    ShutdownOption = "shutdown_option",
+    /// 0x605C: reaction to leaving the enabled state.
+    DisableOperationOption = "disable_operation_option",
+    /// 0x605D: reaction to the halt bit.
+    HaltOption = "halt_option",
+    /// 0x605E: reaction to a fault.
+    FaultReactionOption = "fault_reaction_option",
+    /// 0x6060: the requested mode.
+    ModesOfOperation = "modes_of_operation",
+    /// 0x6061: the mode in effect.
+    ModesOfOperationDisplay = "modes_of_operation_display",
+    /// 0x6502: the modes this drive has.
+    SupportedDriveModes = "supported_drive_modes",
+    /// 0x6062: where the axis ought to be.
+    PositionDemand = "position_demand",
+    /// 0x6064: where the axis is.
+    PositionActual = "position_actual",
+    /// 0x6065: largest tolerated following error.
+    FollowingErrorWindow = "following_error_window",
+    /// 0x6066: how long a larger one is tolerated.
+    FollowingErrorTimeout = "following_error_timeout",
+    /// 0x60F4: demand minus actual position.
+    FollowingErrorActual = "following_error_actual",
+    /// 0x6067: how near to the target counts as reached.
+    PositionWindow = "position_window",
+    /// 0x6068: how long it must stay there.
+    PositionWindowTime = "position_window_time",
+    /// 0x6069: velocity as the sensor gives it.
+    VelocitySensorActual = "velocity_sensor_actual",
+    /// 0x606B: how fast the axis ought to be.
+    VelocityDemand = "velocity_demand",
+    /// 0x606C: how fast the axis is.
+    VelocityActual = "velocity_actual",
+    /// 0x606D: how near to the target velocity counts as reached.
+    VelocityWindow = "velocity_window",
+    /// 0x606E: how long it must stay there.
+    VelocityWindowTime = "velocity_window_time",
+    /// 0x6072: torque limit.
+    MaxTorque = "max_torque",
+    /// 0x6077: torque of the motor.
+    TorqueActual = "torque_actual",
+    /// 0x607A: where to go in the position modes.
+    TargetPosition = "target_position",
+    /// 0x607D:01: lower software position limit.
+    MinPositionLimit = "min_position_limit",
+    /// 0x607D:02: upper software position limit.
+    MaxPositionLimit = "max_position_limit",
+    /// 0x607E: sign of position and velocity values.
+    Polarity = "polarity",
+    /// 0x607F: velocity limit of profiles.
+    MaxProfileVelocity = "max_profile_velocity",
+    /// 0x6080: speed limit of the motor.
+    MaxMotorSpeed = "max_motor_speed",
+    /// 0x6081: velocity of a positioning.
+    ProfileVelocity = "profile_velocity",
+    /// 0x6083: acceleration of a profile.
+    ProfileAcceleration = "profile_acceleration",
+    /// 0x6084: deceleration of a profile.
+    ProfileDeceleration = "profile_deceleration",
+    /// 0x6085: deceleration of a quick stop.
+    QuickStopDeceleration = "quick_stop_deceleration",
+    /// 0x6086: shape of the velocity ramps.
+    MotionProfileType = "motion_profile_type",
+    /// 0x60FF: how fast to go in the velocity modes.
+    TargetVelocity = "target_velocity",
+    /// 0x60C5: acceleration limit.
+    MaxAcceleration = "max_acceleration",
+    /// 0x60C6: deceleration limit.
+    MaxDeceleration = "max_deceleration",
+    /// 0x60FD: switches and inputs.
+    DigitalInputs = "digital_inputs",
+    /// 0x60FE:01: outputs.
+    DigitalOutputs = "digital_outputs",
+    /// 0x60FE:02: which outputs the bus controls.
+    DigitalOutputMask = "digital_output_mask",
+    /// 0x608F:01: encoder increments per 0x608F:02 motor revolutions.
+    EncoderIncrements = "encoder_increments",
+    /// 0x608F:02: motor revolutions per 0x608F:01 encoder increments.
+    EncoderMotorRevolutions = "encoder_motor_revolutions",
+    /// 0x6091:01: motor revolutions per 0x6091:02 shaft revolutions.
+    GearMotorRevolutions = "gear_motor_revolutions",
+    /// 0x6091:02: shaft revolutions per 0x6091:01 motor revolutions.
+    GearShaftRevolutions = "gear_shaft_revolutions",
+    /// 0x6092:01: feed in user units per 0x6092:02 shaft revolutions.
+    Feed = "feed",
+    /// 0x6092:02: shaft revolutions per 0x6092:01 user units.
+    FeedShaftRevolutions = "feed_shaft_revolutions",
+    /// JVL 0x2010: commands of the module.
+    JvlCommand = "jvl_command",
+    /// JVL 0x2011:01: inputs of the module.
+    JvlInputs = "jvl_inputs",
+    /// JVL 0x2011:02: outputs of the module.
+    JvlOutputs = "jvl_outputs",
+    /// JVL 0x2011:03: state of the motor in bits.
+    JvlMotorStatus = "jvl_motor_status",
+    /// JVL 0x2011:04: ERR_STAT at the last fatal error.
+    JvlLastError = "jvl_last_error",
+    /// JVL motor register MODE_REG: the motor's own operating mode.
+    JvlMode = "jvl_mode",
+    /// JVL motor register P_SOLL: requested position.
+    JvlPSoll = "jvl_p_soll",
+    /// JVL motor register P_IST: actual position.
+    JvlPIst = "jvl_p_ist",
+    /// JVL motor register V_IST: actual velocity in counts per sample.
+    JvlVIst = "jvl_v_ist",
+    /// JVL motor register ERR_STAT: faults and state in bits.
+    JvlErrStat = "jvl_err_stat",
+    /// JVL motor register VF_OUT: actual torque.
+    JvlVfOut = "jvl_vf_out",
+}
+
+/// A name that no behaviour has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("there is no such behaviour")]
+pub struct UnknownBinding;
+
+impl FromStr for Binding {
+    type Err = UnknownBinding;
+
+    fn from_str(name: &str) -> Result<Self, UnknownBinding> {
+        Self::ALL.iter().copied().find(|b| b.name() == name).ok_or(UnknownBinding)
+    }
+}
+
+impl fmt::Display for Binding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_binding_is_found_by_its_name_and_indexes_an_array() {
+        for (position, binding) in Binding::ALL.iter().enumerate() {
+            assert_eq!(binding.name().parse(), Ok(*binding));
+            assert_eq!(*binding as usize, position);
+        }
+        assert_eq!("warp_drive".parse::<Binding>(), Err(UnknownBinding));
+    }
+}

@@ -1,0 +1,1 @@
+//! Typed access to a TOML document that remembers where everything stands.

@@ -1,0 +1,20 @@
+//! The motor behind an axis.
+
+/// Data of a motor, as its data sheet gives them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motor {
+    /// Name by which a configuration chooses it, such as `mac140`.
+    pub name: String,
+    /// Encoder counts per revolution of the motor, 1 or more.
+    pub counts_per_revolution: u32,
+    /// Raster period of the controller in nanoseconds, 1 to 10^9.
+    pub raster_ns: u64,
+    /// Highest speed in revolutions per minute, 1 or more.
+    pub max_speed_rpm: u32,
+    /// Rated torque in newton metres, more than zero.
+    pub rated_torque_nm: f64,
+    /// Peak torque as a multiple of the rated torque, 1 or more.
+    pub peak_torque_factor: f64,
+    /// Inertia of the rotor in kg·m², more than zero.
+    pub rotor_inertia_kg_m2: f64,
+}

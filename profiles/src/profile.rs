@@ -1,0 +1,132 @@
+//! A device profile, ready to build devices from.
+
+use core::ops::RangeInclusive;
+use std::sync::Arc;
+
+use od::{Address, Initial, Schema, eds};
+
+use crate::{Binding, Diagnostics, Motor, file};
+
+/// Everything the devices of one kind share.
+#[derive(Clone, Debug)]
+pub struct Profile {
+    /// Name by which a configuration chooses it, such as `jvl-mac00-fc4`.
+    pub name: String,
+    /// What the device is, in one sentence.
+    pub description: String,
+    /// Vendor in words.
+    pub vendor: String,
+    /// Product in words.
+    pub product: String,
+    /// Vocabulary of faults and commands.
+    pub dialect: Dialect,
+    /// Objects 0x1000-0x1FFF, which the bus engine serves.
+    pub communication: Arc<Schema>,
+    /// Objects from 0x2000, which the device serves.
+    pub application: Arc<Schema>,
+    /// What the entries of the application do, in the order of the file.
+    pub bindings: Vec<Bound>,
+    /// What is only stored so far, in the order of the file.
+    pub later: Vec<Later>,
+    /// The chosen motor, the same on every axis.
+    pub motor: Motor,
+    /// Names of all motors there are to choose from, sorted.
+    pub motors: Vec<String>,
+    /// Number of RPDOs.
+    pub rpdos: u16,
+    /// Number of TPDOs.
+    pub tpdos: u16,
+}
+
+/// An entry and the behaviour behind it. No two entries of an axis have the same behaviour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bound {
+    /// The entry.
+    pub address: Address,
+    /// The axis it belongs to, 0-7.
+    pub axis: u8,
+    /// What it does.
+    pub binding: Binding,
+}
+
+/// Entries whose behaviour a later version brings; until then they store what is written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Later {
+    /// The object.
+    pub index: u16,
+    /// Its sub-indices.
+    pub subs: RangeInclusive<u8>,
+    /// What is to come.
+    pub what: String,
+}
+
+/// The vocabulary in which a device reports faults and takes commands beside the standard ones.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Dialect {
+    /// CiA 402 and nothing else.
+    #[default]
+    Cia402,
+    /// JVL's CANopen modules.
+    Jvl,
+}
+
+/// The profiles that come with the program: name and text.
+const SHIPPED: [(&str, &str); 2] = [
+    ("cia402-servo", include_str!("../devices/cia402-servo.toml")),
+    ("jvl-mac00-fc4", include_str!("../devices/jvl-mac00-fc4.toml")),
+];
+
+impl Profile {
+    /// Names of the profiles that come with the program, sorted.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        SHIPPED.iter().map(|(name, _)| *name)
+    }
+
+    /// The profile `name` that comes with the program, with the given motor or the profile's default one;
+    /// `None` if there is no such profile.
+    #[must_use]
+    pub fn embedded(name: &str, motor: Option<&str>) -> Option<Result<Self, Diagnostics>> {
+        let (name, text) = SHIPPED.iter().find(|(shipped, _)| *shipped == name)?;
+        Some(Self::parse(&format!("{name}.toml"), text, motor))
+    }
+
+    /// Reads the profile file `text`, which diagnostics call `file`, with the given motor or the default one.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the file; also that it has no such motor.
+    pub fn parse(file: &str, text: &str, motor: Option<&str>) -> Result<Self, Diagnostics> {
+        file::parse(file, text, motor)
+    }
+
+    /// How many axes the device has, 0-8.
+    #[must_use]
+    pub fn axes(&self) -> u8 {
+        self.bindings.iter().map(|b| b.axis + 1).max().unwrap_or(0)
+    }
+
+    /// The electronic data sheet of the device.
+    #[must_use]
+    pub fn eds(&self) -> String {
+        let info = eds::DeviceInfo {
+            file_name: format!("{}.eds", self.name),
+            vendor_name: self.vendor.clone(),
+            vendor_number: self.identity(1),
+            product_name: self.product.clone(),
+            product_number: self.identity(2),
+            revision_number: self.identity(3),
+            rpdos: self.rpdos,
+            tpdos: self.tpdos,
+        };
+        eds::write(&info, &[&self.communication, &self.application])
+    }
+
+    /// The default of 0x1018:`sub`, zero if there is none.
+    #[must_use]
+    pub fn identity(&self, sub: u8) -> u32 {
+        let slot = self.communication.slot(Address::new(0x1018, sub));
+        match slot.and_then(|s| self.communication.entry(s)).map(|e| &e.initial) {
+            Some(Initial::Value(value)) => u32::try_from(value.raw()).unwrap_or(0),
+            Some(Initial::PlusNodeId(_)) | None => 0,
+        }
+    }
+}

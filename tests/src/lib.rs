@@ -1,1 +1,29 @@
-//! Crate `tests`.
+//! The harness of the end-to-end tests: a daemon, its peers and its bus, each a process of its own.
+//!
+//! * [`Daemon`] runs `axisd` with a configuration and ends it by SIGTERM; [`axisd`] runs the short commands.
+//! * [`Master`] runs the Python scripts of `tests/peers`, which are python-canopen masters, on one bus.
+//! * [`Vcan`] is a virtual CAN interface of the kernel, [`Wire`] a `candump` on it with `cansend` beside it.
+//! * [`story`] makes of a recording what may stand in a snapshot.
+//!
+//! Whatever is waited for has a deadline, and a failed wait panics with all that the process has said.
+
+// A harness that meets what it did not expect has failed the test, and says so at once.
+#![allow(clippy::expect_used, clippy::panic)]
+
+mod capture;
+mod daemon;
+mod peer;
+mod process;
+mod temp;
+mod vcan;
+
+pub use capture::story;
+pub use daemon::{Daemon, axisd, config, free_port};
+pub use peer::{Master, Peer, objects_in_eds};
+pub use temp::TempDir;
+pub use vcan::{Vcan, Wire};
+
+use std::time::Duration;
+
+/// How long anything may take that is not a whole peer script. A user-mode Linux with one slow core counts.
+pub const PATIENCE: Duration = Duration::from_secs(30);

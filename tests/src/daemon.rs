@@ -1,0 +1,115 @@
+//! `axisd`, as a service and as a command.
+
+use std::env;
+use std::net::{Ipv4Addr, TcpListener};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+use std::thread;
+
+use nix::sys::signal::Signal;
+
+use crate::process::{Line, Process, Stream};
+use crate::{PATIENCE, TempDir};
+
+/// A running daemon. On drop it is stopped by SIGTERM and has to end with status 0.
+#[derive(Debug)]
+pub struct Daemon {
+    process: Process,
+    stopped: bool,
+    _config: TempDir,
+}
+
+impl Daemon {
+    /// Starts `axisd run` with a configuration file of this text and waits until it is ready.
+    #[must_use]
+    pub fn start(config: &str) -> Self {
+        let dir = TempDir::new();
+        let file = dir.write("axisd.toml", config);
+        Self::spawn(dir, Command::new(binary()).args(["run", "--config"]).arg(file))
+    }
+
+    /// Starts `axisd run --demo` with its socketcand server on this port.
+    #[must_use]
+    pub fn demo(port: u16) -> Self {
+        let address = format!("127.0.0.1:{port}");
+        Self::spawn(TempDir::new(), Command::new(binary()).args(["run", "--demo", "--socketcand", &address]))
+    }
+
+    fn spawn(config: TempDir, command: &mut Command) -> Self {
+        let mut process = Process::spawn("axisd", command);
+        let ready = Line { stream: Stream::Err, text: "axisd ready".to_owned() };
+        process.wait_for("line \"axisd ready\"", PATIENCE, |line| *line == ready);
+        Self { process, stopped: false, _config: config }
+    }
+
+    /// Asks it to stop, and returns at once.
+    pub fn terminate(&mut self) {
+        self.process.signal(Signal::SIGTERM);
+        self.stopped = true;
+    }
+
+    /// Waits until it has ended after [`terminate`](Self::terminate), which has to be with status 0.
+    pub fn wait_until_stopped(&mut self) {
+        let status = self.process.wait(PATIENCE);
+        if !status.success() {
+            self.process.give_up(&format!("ended with {status}"));
+        }
+    }
+}
+
+impl Drop for Daemon {
+    fn drop(&mut self) {
+        if !self.stopped && !thread::panicking() {
+            self.terminate();
+            self.wait_until_stopped();
+        }
+    }
+}
+
+/// Runs `axisd` with these arguments to its end.
+#[must_use]
+pub fn axisd(arguments: &[&str]) -> Output {
+    Command::new(binary()).args(arguments).output().expect("run axisd")
+}
+
+/// A configuration: one bus `can0` on `link` and, on it, devices given as name, profile and node-ID.
+#[must_use]
+pub fn config(link: &str, devices: &[(&str, &str, u8)]) -> String {
+    let mut text = format!("[[bus]]\nname = \"can0\"\nlink = \"{link}\"\n");
+    for (name, profile, node_id) in devices {
+        text += &format!(
+            "\n[[device]]\nname = \"{name}\"\nprofile = \"{profile}\"\nbus = \"can0\"\nnode_id = {node_id}\n"
+        );
+    }
+    text
+}
+
+/// A TCP port of 127.0.0.1 that nobody listens on.
+#[must_use]
+pub fn free_port() -> u16 {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("bind to any port");
+    listener.local_addr().expect("a bound socket has an address").port()
+}
+
+/// The daemon under test: `$AXISD_BIN`, else the one beside this test program, which is built first if it is out
+/// of date (`cargo test` builds no programs of other packages).
+fn binary() -> &'static Path {
+    static BINARY: OnceLock<PathBuf> = OnceLock::new();
+    BINARY.get_or_init(|| env::var_os("AXISD_BIN").map_or_else(build, PathBuf::from))
+}
+
+fn build() -> PathBuf {
+    let test = env::current_exe().expect("this program has a path");
+    let [_, _, profile, target] = *test.ancestors().take(4).collect::<Vec<_>>() else {
+        panic!("{} is not in a target directory", test.display());
+    };
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["build", "--quiet", "--package=daemon", "--bin=axisd", "--target-dir"]).arg(target);
+    if profile.ends_with("release") {
+        cargo.arg("--release");
+    }
+    let status = cargo.current_dir(env!("CARGO_MANIFEST_DIR")).status().expect("run cargo");
+    assert!(status.success(), "the daemon does not build");
+    profile.join("axisd")
+}

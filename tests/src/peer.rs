@@ -1,0 +1,96 @@
+//! The Python scripts of `tests/peers`, run by the virtual environment that `scripts/test` makes.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use crate::process::{Line, Process, Stream};
+use crate::{TempDir, Vcan, axisd, config};
+
+const SCRIPT_PATIENCE: Duration = Duration::from_secs(180);
+
+/// A CANopen master for the drives on one bus: it knows the way there and has their EDS.
+#[derive(Debug)]
+pub struct Master {
+    arguments: Vec<String>,
+    _eds: TempDir,
+}
+
+impl Master {
+    /// On a kernel interface, for drives of this profile.
+    #[must_use]
+    pub fn on(interface: &Vcan, profile: &str) -> Self {
+        Self::new(&["--interface=socketcan", "--channel", interface.name()], profile)
+    }
+
+    /// On the bus `can0` of a socketcand server on this machine, for drives of this profile.
+    #[must_use]
+    pub fn at(port: u16, profile: &str) -> Self {
+        Self::new(&["--interface=socketcand", "--channel=can0", "--port", &port.to_string()], profile)
+    }
+
+    fn new(way: &[&str], profile: &str) -> Self {
+        let dir = TempDir::new();
+        let file = write_eds(&dir, profile);
+        let eds = ["--eds".to_owned(), file.display().to_string()];
+        Self { arguments: way.iter().map(|&word| word.to_owned()).chain(eds).collect(), _eds: dir }
+    }
+
+    /// Runs `tests/peers/{script}.py` to its end, which has to be with status 0, and gives what it printed.
+    #[must_use]
+    pub fn run(&self, script: &str, more: &[&str]) -> String {
+        self.start(script, more).finish()
+    }
+
+    /// Starts `tests/peers/{script}.py`.
+    #[must_use]
+    pub fn start(&self, script: &str, more: &[&str]) -> Peer {
+        Peer::start(script, self.arguments.iter().map(String::as_str).chain(more.iter().copied()))
+    }
+}
+
+/// A peer script that runs beside the test.
+#[derive(Debug)]
+pub struct Peer(Process);
+
+impl Peer {
+    fn start<'a>(script: &str, arguments: impl Iterator<Item = &'a str>) -> Self {
+        let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let python = tests.join("../.venv/bin/python");
+        assert!(python.exists(), "no .venv with the Python peers: scripts/test makes it");
+        let file = tests.join("peers").join(script).with_extension("py");
+        Self(Process::spawn(script, Command::new(python).arg("-B").arg(file).args(arguments)))
+    }
+
+    /// Waits until it has printed this line.
+    pub fn wait_for(&mut self, line: &str) {
+        let wanted = Line { stream: Stream::Out, text: line.to_owned() };
+        self.0.wait_for(&format!("line {line:?}"), SCRIPT_PATIENCE, |line| *line == wanted);
+    }
+
+    /// Waits for its end, which has to be with status 0, and gives all it printed.
+    #[must_use]
+    pub fn finish(mut self) -> String {
+        let status = self.0.wait(SCRIPT_PATIENCE);
+        if !status.success() {
+            self.0.give_up(&format!("ended with {status}"));
+        }
+        self.0.stdout()
+    }
+}
+
+/// What python-canopen reads in the EDS of a profile.
+#[must_use]
+pub fn objects_in_eds(profile: &str) -> String {
+    let dir = TempDir::new();
+    let file = write_eds(&dir, profile);
+    Peer::start("check_eds", file.to_str().into_iter()).finish()
+}
+
+fn write_eds(dir: &TempDir, profile: &str) -> PathBuf {
+    let file = dir.write("axisd.toml", &config("virtual", &[("axis1", profile, 1)]));
+    let file = file.to_str().expect("temporary paths are UTF-8");
+    let output = axisd(&["eds", "--config", file, "--device", "axis1"]);
+    assert!(output.status.success(), "axisd eds: {}", String::from_utf8_lossy(&output.stderr));
+    dir.write("axis1.eds", &String::from_utf8_lossy(&output.stdout))
+}

@@ -1,0 +1,198 @@
+//! Virtual CAN interfaces of the kernel, and can-utils on them.
+
+use std::process::{Command, ExitStatus};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::Signal;
+
+use crate::PATIENCE;
+use crate::process::Process;
+
+static NEXT: AtomicU32 = AtomicU32::new(1);
+
+/// A COB-ID that CiA 301 reserves (table 38), so that no node minds it.
+const MARK_ID: &str = "7FF";
+const REPEAT_PERIOD: Duration = Duration::from_millis(200);
+
+/// A virtual CAN interface of its own for one test. It goes away on drop.
+#[derive(Debug)]
+pub struct Vcan(String);
+
+impl Vcan {
+    /// A new interface, up.
+    #[must_use]
+    pub fn new() -> Self {
+        let interface = Self::absent();
+        interface.create();
+        interface
+    }
+
+    /// The name of an interface that does not exist yet.
+    #[must_use]
+    pub fn absent() -> Self {
+        Self(format!("vtest{}", NEXT.fetch_add(1, Ordering::Relaxed)))
+    }
+
+    /// Makes the interface and sets it up.
+    pub fn create(&self) {
+        run("ip", &["link", "add", &self.0, "type", "vcan"]);
+        run("ip", &["link", "set", &self.0, "up"]);
+    }
+
+    /// Removes the interface from under whoever has it open.
+    pub fn remove(&self) {
+        run("ip", &["link", "delete", &self.0]);
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.0
+    }
+
+    /// The link of a bus on it, as a configuration names it.
+    #[must_use]
+    pub fn link(&self) -> String {
+        format!("socketcan:{}", self.0)
+    }
+}
+
+impl Default for Vcan {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Drop for Vcan {
+    fn drop(&mut self) {
+        // A test may have left it removed.
+        let _ = Command::new("ip").args(["link", "delete", &self.0]).output();
+    }
+}
+
+/// The bus as seen from outside: `candump` records, `cansend` sends. Frames are text as both tools write it.
+#[derive(Debug)]
+pub struct Wire {
+    interface: String,
+    candump: Process,
+    frames: Vec<String>,
+}
+
+impl Wire {
+    /// Starts to record and returns once it does.
+    #[must_use]
+    pub fn on(interface: &Vcan) -> Self {
+        let candump = Process::spawn("candump", Command::new("candump").args(["-L", interface.name()]));
+        let mut wire = Self { interface: interface.0.clone(), candump, frames: Vec::new() };
+        wire.catch_up();
+        wire
+    }
+
+    /// Sends one frame, for example `601#4000100000000000`.
+    pub fn send(&self, frame: &str) {
+        run("cansend", &[&self.interface, frame]);
+    }
+
+    /// Waits until this frame has been on the bus, after those that were already waited for.
+    pub fn expect(&mut self, frame: &str) {
+        self.wait(frame, |seen| seen == frame);
+    }
+
+    /// Sends a request and gives the next frame of this COB-ID.
+    pub fn ask(&mut self, request: &str, answer_id: &str) -> String {
+        self.catch_up();
+        self.send(request);
+        self.wait(&format!("answer to {request}"), |seen| seen.split('#').next() == Some(answer_id))
+    }
+
+    /// Sends a request again and again until this answer comes.
+    pub fn ask_until(&mut self, request: &str, answer: &str) {
+        let deadline = Instant::now() + PATIENCE;
+        while Instant::now() < deadline {
+            self.send(request);
+            let again = Instant::now() + REPEAT_PERIOD;
+            while let Some(frame) = self.next(again) {
+                if frame == answer {
+                    return;
+                }
+            }
+        }
+        self.candump.give_up(&format!("no {answer} within {PATIENCE:?}"));
+    }
+
+    /// Every frame from the start of the recording until now, in bus order.
+    #[must_use]
+    pub fn finish(mut self) -> Vec<String> {
+        self.catch_up();
+        self.candump.signal(Signal::SIGTERM);
+        self.candump.wait(PATIENCE);
+        self.frames
+    }
+
+    /// Every frame since the last call, in bus order.
+    pub fn take(&mut self) -> Vec<String> {
+        self.catch_up();
+        std::mem::take(&mut self.frames)
+    }
+
+    /// Reads on until a mark of our own comes by: all that was on the bus before it has then been seen.
+    fn catch_up(&mut self) {
+        let mark = format!("{MARK_ID}#{:08X}", NEXT.fetch_add(1, Ordering::Relaxed));
+        let deadline = Instant::now() + PATIENCE;
+        while Instant::now() < deadline {
+            self.send(&mark);
+            let again = Instant::now() + REPEAT_PERIOD;
+            while let Some(frame) = self.raw(again) {
+                if frame == mark {
+                    return;
+                }
+                self.keep(frame);
+            }
+        }
+        self.candump.give_up("does not see the bus");
+    }
+
+    fn wait(&mut self, what: &str, wanted: impl Fn(&str) -> bool) -> String {
+        let deadline = Instant::now() + PATIENCE;
+        while let Some(frame) = self.next(deadline) {
+            if wanted(&frame) {
+                return frame;
+            }
+        }
+        self.candump.give_up(&format!("no {what} within {PATIENCE:?}"))
+    }
+
+    fn next(&mut self, deadline: Instant) -> Option<String> {
+        while let Some(frame) = self.raw(deadline) {
+            if self.keep(frame.clone()) {
+                return Some(frame);
+            }
+        }
+        None
+    }
+
+    fn keep(&mut self, frame: String) -> bool {
+        let ours = frame.starts_with(MARK_ID);
+        if !ours {
+            self.frames.push(frame);
+        }
+        !ours
+    }
+
+    /// The frame of the next line, which reads `(1700000000.123456) vcan0 181#3706`.
+    fn raw(&mut self, deadline: Instant) -> Option<String> {
+        let line = self.candump.try_line(deadline)?;
+        match line.text.split(' ').collect::<Vec<_>>()[..] {
+            [_, _, frame] => Some(frame.to_owned()),
+            _ => self.candump.give_up("printed something that is no frame"),
+        }
+    }
+}
+
+fn run(program: &str, arguments: &[&str]) -> ExitStatus {
+    let output = Command::new(program).args(arguments).output();
+    let output = output.unwrap_or_else(|e| panic!("run {program}: {e}"));
+    assert!(output.status.success(), "{program} {arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output.status
+}

@@ -1,0 +1,55 @@
+//! The short commands of `axisd`: check and eds.
+
+use tests::{TempDir, axisd, objects_in_eds};
+
+#[test]
+fn check_names_every_error_with_its_place() {
+    let dir = TempDir::new();
+    let file = dir.write(
+        "bad.toml",
+        r#"[[bus]]
+name = "can0"
+link = "socketcan:vcan0"
+
+[[device]]
+name = "axis1"
+profile = "no-such-profile"
+bus = "can0"
+node_id = 1
+
+[[device]]
+name = "axis2"
+profile = "cia402-servo"
+bus = "can9"
+node_id = 128
+"#,
+    );
+    let file = file.to_str().expect("temporary paths are UTF-8");
+
+    let output = axisd(&["check", file]);
+
+    let errors = String::from_utf8_lossy(&output.stderr).replace(file, "bad.toml");
+    assert_eq!(output.status.code(), Some(78), "{errors}");
+    insta::assert_snapshot!(errors, @"");
+}
+
+#[test]
+fn check_accepts_a_good_configuration() {
+    let dir = TempDir::new();
+    let file = dir.write("good.toml", &tests::config("virtual", &[("axis1", "jvl-mac00-fc4", 1)]));
+    let file = file.to_str().expect("temporary paths are UTF-8");
+
+    let output = axisd(&["check", file]);
+
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn python_canopen_reads_the_eds_of_the_jvl_module() {
+    insta::assert_snapshot!(objects_in_eds("jvl-mac00-fc4"));
+}
+
+#[test]
+fn python_canopen_reads_the_eds_of_the_servo() {
+    insta::assert_snapshot!(objects_in_eds("cia402-servo"));
+}

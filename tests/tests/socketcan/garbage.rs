@@ -1,0 +1,174 @@
+//! Frames that no master should send, made with `cansend`: they change nothing, and earn what CiA 301 names.
+
+use tests::{Daemon, Vcan, Wire};
+
+use crate::{DEVICE_TYPE, READ_DEVICE_TYPE, one_drive};
+
+/// Node 1 on a bus of its own, OPERATIONAL and its drive in OPERATION ENABLED.
+struct Bench {
+    wire: Wire,
+    _daemon: Daemon,
+    _interface: Vcan,
+}
+
+/// Reads of objects that garbage must not change.
+const WATCHED: [&str; 9] = [
+    "601#4016100100000000",
+    "601#4017100000000000",
+    "601#4000140100000000",
+    "601#4000180200000000",
+    "601#4041600000000000",
+    "601#4061600000000000",
+    "601#4064600000000000",
+    "601#407A600000000000",
+    "601#4081600000000000",
+];
+
+impl Bench {
+    fn new() -> Self {
+        let interface = Vcan::new();
+        let daemon = one_drive(&interface);
+        let mut wire = Wire::on(&interface);
+        wire.send("000#0101");
+        wire.send("201#0600");
+        wire.expect("181#3106");
+        wire.send("201#0700");
+        wire.expect("181#3306");
+        wire.send("201#0F00");
+        wire.expect("181#3706");
+        Self { wire, _daemon: daemon, _interface: interface }
+    }
+
+    /// Sends each frame, and asserts that the frames beside it and no others are the answer, and that all is as
+    /// before.
+    fn assert_answers(mut self, exchanges: &[(&str, &[&str])]) {
+        let before = self.watched();
+        self.wire.take();
+        for (frame, answers) in exchanges {
+            self.wire.send(frame);
+            for answer in *answers {
+                self.wire.expect(answer);
+            }
+        }
+        // The answer to a last request: all before it has been seen by the node.
+        self.wire.send(READ_DEVICE_TYPE);
+        self.wire.expect(DEVICE_TYPE);
+        let last: (&str, &[&str]) = (READ_DEVICE_TYPE, &[DEVICE_TYPE]);
+        let expected: Vec<&str> = exchanges
+            .iter()
+            .chain([&last])
+            .flat_map(|(frame, answers)| [*frame].into_iter().chain(answers.iter().copied()))
+            .collect();
+        assert_eq!(self.wire.take(), expected);
+        assert_eq!(self.watched(), before);
+    }
+
+    fn watched(&mut self) -> Vec<String> {
+        WATCHED.iter().map(|request| self.wire.ask(request, "581")).collect()
+    }
+}
+
+#[test]
+fn malformed_nmt_commands_are_ignored() {
+    Bench::new().assert_answers(&[
+        ("000#", &[]),
+        ("000#81", &[]),
+        ("000#810100", &[]),
+        ("000#8101000000000000", &[]),
+        ("000#0001", &[]),
+        ("000#FF01", &[]),
+        ("000#8102", &[]),
+        ("000#8181", &[]),
+        ("000#R2", &[]),
+        ("00000000#8101", &[]),
+    ]);
+}
+
+#[test]
+fn a_sync_with_data_it_should_not_have_is_reported() {
+    Bench::new().assert_answers(&[
+        ("080#0102", &["081#4082110000000000"]),
+        ("080#R", &[]),
+        ("00000080#", &[]),
+    ]);
+}
+
+#[test]
+fn an_rpdo_too_short_for_its_mapping_is_reported() {
+    Bench::new().assert_answers(&[
+        ("201#06", &["081#1082110000000000"]),
+        ("201#R2", &[]),
+        ("00000201#0000", &[]),
+    ]);
+}
+
+#[test]
+fn sdo_requests_of_less_than_eight_bytes_are_ignored() {
+    Bench::new().assert_answers(&[
+        ("601#", &[]),
+        ("601#40", &[]),
+        ("601#40001000", &[]),
+        ("601#40001000000000", &[]),
+        ("601#R8", &[]),
+        ("00000601#4000100000000000", &[]),
+        ("601##04000100000000000", &[]),
+    ]);
+}
+
+#[test]
+fn unknown_sdo_commands_are_aborted() {
+    Bench::new().assert_answers(&[
+        // Client command specifier 7 is none.
+        ("601#E000100000000000", &["581#8000100001000405"]),
+        // Segments outside a transfer.
+        ("601#6000000000000000", &["581#8000000001000405"]),
+        ("601#0000000000000000", &["581#8000000001000405"]),
+        // An abort is not answered, whatever it names.
+        ("601#8000100000000008", &[]),
+    ]);
+}
+
+#[test]
+fn sdo_access_to_what_is_not_there_is_aborted() {
+    Bench::new().assert_answers(&[
+        // No such object, no such sub-index, for reading and for writing.
+        ("601#40FF5F0000000000", &["581#80FF5F0000000206"]),
+        ("601#4000100100000000", &["581#8000100111000906"]),
+        ("601#2FFF5F0001000000", &["581#80FF5F0000000206"]),
+        ("601#2F00100101000000", &["581#8000100111000906"]),
+    ]);
+}
+
+#[test]
+fn sdo_writes_that_may_not_be_are_aborted() {
+    Bench::new().assert_answers(&[
+        // A read-only object.
+        ("601#2300100000000000", &["581#8000100002000106"]),
+        // Two bytes into the four of 0x6081, four into the two of 0x1017.
+        ("601#2B81600001000000", &["581#8081600013000706"]),
+        ("601#2317100001000000", &["581#8017100012000706"]),
+    ]);
+}
+
+#[test]
+fn an_sdo_segment_with_the_wrong_toggle_bit_is_aborted() {
+    Bench::new().assert_answers(&[
+        // 0x1008, the device name, is longer than an expedited answer.
+        ("601#4008100000000000", &["581#4108100000000000"]),
+        ("601#7000000000000000", &["581#8008100000000305"]),
+    ]);
+}
+
+#[test]
+fn cob_ids_of_nobody_are_ignored() {
+    Bench::new().assert_answers(&[
+        ("602#4000100000000000", &[]),
+        ("202#0000", &[]),
+        ("581#4300100092010200", &[]),
+        ("181#0000", &[]),
+        ("081#0000000000000000", &[]),
+        ("701#05", &[]),
+        ("6FF#DEADBEEF", &[]),
+        ("1FFFFFFF#R", &[]),
+    ]);
+}

@@ -1,0 +1,76 @@
+//! The daemon on real SocketCAN interfaces, each test on one of its own.
+
+mod garbage;
+
+use tests::{Daemon, Master, Vcan, Wire, config, story};
+
+const PROFILE: &str = "jvl-mac00-fc4";
+
+const READ_DEVICE_TYPE: &str = "601#4000100000000000";
+const DEVICE_TYPE: &str = "581#4300100092010200";
+
+fn one_drive(interface: &Vcan) -> Daemon {
+    Daemon::start(&config(&interface.link(), &[("axis1", PROFILE, 1)]))
+}
+
+#[test]
+fn python_canopen_drives_an_axis() {
+    let interface = Vcan::new();
+    let wire = Wire::on(&interface);
+    let _daemon = one_drive(&interface);
+
+    let log = Master::on(&interface, PROFILE).run("drive402", &[]);
+
+    insta::with_settings!({ prepend_module_to_snapshot => false }, { insta::assert_snapshot!("drive402", log) });
+    insta::assert_snapshot!(story(&wire.finish()));
+}
+
+#[test]
+fn two_axes_move_at_once() {
+    let interface = Vcan::new();
+    let _daemon = Daemon::start(&config(&interface.link(), &[("axis1", PROFILE, 1), ("axis2", PROFILE, 2)]));
+
+    let log = Master::on(&interface, PROFILE).run("two_drives", &[]);
+
+    insta::assert_snapshot!(log, @"");
+}
+
+#[test]
+fn sigterm_lets_a_running_axis_ramp_down_first() {
+    let interface = Vcan::new();
+    let mut daemon = one_drive(&interface);
+    let mut master = Master::on(&interface, PROFILE).start("runaway", &[]);
+    master.wait_for("running");
+
+    daemon.terminate();
+
+    assert_eq!(master.finish(), "running\ncame to rest on a ramp\n");
+    daemon.wait_until_stopped();
+}
+
+#[test]
+fn an_interface_that_comes_late_is_served() {
+    let interface = Vcan::absent();
+    let _daemon = one_drive(&interface);
+
+    interface.create();
+
+    assert_served(&interface);
+}
+
+#[test]
+fn an_interface_that_goes_and_comes_back_is_served_again() {
+    let interface = Vcan::new();
+    let _daemon = one_drive(&interface);
+    assert_served(&interface);
+
+    interface.remove();
+    interface.create();
+
+    assert_served(&interface);
+}
+
+/// Asks until the node answers: how soon the daemon sees a new interface is its own affair.
+fn assert_served(interface: &Vcan) {
+    Wire::on(interface).ask_until(READ_DEVICE_TYPE, DEVICE_TYPE);
+}

@@ -1,0 +1,185 @@
+//! The demo over its socketcand port: no CAN in the kernel is needed.
+
+use std::io::{Read, Write};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+
+use tests::{Daemon, Master, PATIENCE, axisd, free_port};
+
+const PROFILE: &str = "jvl-mac00-fc4";
+
+fn demo() -> (Daemon, Master) {
+    let port = free_port();
+    (Daemon::demo(port), Master::at(port, PROFILE))
+}
+
+#[test]
+fn python_canopen_drives_an_axis() {
+    let (_daemon, master) = demo();
+
+    let log = master.run("drive402", &[]);
+
+    insta::with_settings!({ prepend_module_to_snapshot => false }, { insta::assert_snapshot!("drive402", log) });
+}
+
+#[test]
+fn two_axes_move_at_once() {
+    let (_daemon, master) = demo();
+
+    let log = master.run("two_drives", &[]);
+
+    insta::assert_snapshot!(log, @"");
+}
+
+#[test]
+fn a_reset_is_answered_by_a_boot_up_message() {
+    let (_daemon, master) = demo();
+
+    assert_eq!(master.run("cia301", &["boot-up"]), "0x00, then PRE-OPERATIONAL\n");
+}
+
+#[test]
+fn nmt_commands_lead_to_their_states() {
+    let (_daemon, master) = demo();
+
+    let states = "OPERATIONAL\nSTOPPED\nOPERATIONAL\nPRE-OPERATIONAL\n";
+    assert_eq!(master.run("cia301", &["nmt"]), states);
+}
+
+#[test]
+fn the_heartbeat_keeps_its_period_until_switched_off() {
+    let (_daemon, master) = demo();
+
+    assert_eq!(master.run("cia301", &["heartbeat"]), "every 100 ms, then none\n");
+}
+
+#[test]
+fn a_short_rpdo_earns_an_emergency() {
+    let (_daemon, master) = demo();
+
+    assert_eq!(master.run("cia301", &["emergency"]), "0x8210\n");
+}
+
+#[test]
+fn a_stopped_node_answers_no_sdo() {
+    let (_daemon, master) = demo();
+
+    assert_eq!(master.run("cia301", &["stopped"]), "no answer\n0x1000 = 0x00020192\n");
+}
+
+#[test]
+fn a_tpdo_is_mapped_anew_by_sdo() {
+    let (_daemon, master) = demo();
+
+    let log = "mapped anew: 6 bytes, velocity and statusword as by SDO\nafter reset: the default mapping\n";
+    assert_eq!(master.run("cia301", &["mapping"]), log);
+}
+
+#[test]
+fn a_taken_port_is_a_clear_error() {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("bind to any port");
+    let address = listener.local_addr().expect("a bound socket has an address").to_string();
+
+    let output = axisd(&["run", "--demo", "--socketcand", &address]);
+
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && stderr.contains(&address) && stderr.contains("in use"), "{stderr}");
+}
+
+/// A socketcand client that speaks the protocol's text itself.
+struct Client(TcpStream);
+
+impl Client {
+    fn connect(port: u16) -> Self {
+        let stream = TcpStream::connect((Ipv4Addr::LOCALHOST, port)).expect("connect to the demo");
+        stream.set_read_timeout(Some(PATIENCE)).expect("set a time-out");
+        Self(stream)
+    }
+
+    /// In raw mode on the demo's bus.
+    fn raw(port: u16) -> Self {
+        let mut client = Self::connect(port);
+        client.expect("< hi >");
+        client.send("< open can0 >");
+        client.expect("< ok >");
+        client.send("< rawmode >");
+        client.expect("< ok >");
+        client
+    }
+
+    fn send(&mut self, text: &str) {
+        self.0.write_all(text.as_bytes()).expect("send to the demo");
+    }
+
+    /// The next `< ... >`.
+    fn receive(&mut self) -> String {
+        let mut text = String::new();
+        while !text.ends_with('>') {
+            let mut byte = [0];
+            self.0.read_exact(&mut byte).unwrap_or_else(|e| panic!("{e} after {text:?}"));
+            text.push(char::from(byte[0]));
+        }
+        text
+    }
+
+    fn expect(&mut self, text: &str) {
+        assert_eq!(self.receive(), text);
+    }
+
+    /// The next frame, without its time stamp.
+    fn frame(&mut self) -> String {
+        let text = self.receive();
+        match text.split(' ').collect::<Vec<_>>()[..] {
+            ["<", "frame", id, stamp, data, ">"] => {
+                let digits = stamp.split_once('.').map(|(seconds, micros)| (seconds.len(), micros.len()));
+                assert!(matches!(digits, Some((1.., 6))), "no time stamp: {text}");
+                format!("{id} {data}")
+            }
+            _ => panic!("no frame: {text}"),
+        }
+    }
+}
+
+#[test]
+fn frames_pass_socketcand_as_its_protocol_writes_them() {
+    let port = free_port();
+    let _daemon = Daemon::demo(port);
+    let mut client = Client::raw(port);
+
+    client.send("< send 601 8 40 0 10 0 0 0 0 0 >");
+
+    assert_eq!(client.frame(), "581 4300100092010200");
+}
+
+#[test]
+fn a_boot_up_message_has_an_id_of_three_digits() {
+    let port = free_port();
+    let _daemon = Daemon::demo(port);
+    let mut client = Client::raw(port);
+
+    client.send("< send 000 2 81 1 >");
+
+    assert_eq!(client.frame(), "701 00");
+}
+
+#[test]
+fn an_extended_id_passes_between_clients_with_eight_digits() {
+    let port = free_port();
+    let _daemon = Daemon::demo(port);
+    let (mut sender, mut receiver) = (Client::raw(port), Client::raw(port));
+
+    sender.send("< send 00000601 2 AB c >");
+
+    assert_eq!(receiver.frame(), "00000601 AB0C");
+}
+
+#[test]
+fn an_unknown_bus_is_refused() {
+    let port = free_port();
+    let _daemon = Daemon::demo(port);
+    let mut client = Client::connect(port);
+    client.expect("< hi >");
+
+    client.send("< open can7 >");
+
+    assert!(client.receive().starts_with("< error "));
+}

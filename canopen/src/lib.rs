@@ -1,1 +1,33 @@
-//! Crate `canopen`.
+//! A CANopen device (CiA 301 v4.2) without I/O: frames and the time go in, frames and events come out.
+//!
+//! One [`Node`] is one device on one network. Whoever drives it
+//!
+//! 1. hands it every frame it subscribed to ([`Node::handle_frame`]), together with the device's application
+//!    dictionary, and every deadline it asked for ([`Node::poll_timeout`], [`Node::handle_timeout`]);
+//! 2. lets the device act on what was written to its dictionary;
+//! 3. calls [`Node::sample`], which samples the TPDOs that are due with what the device now shows;
+//! 4. sends what [`Node::poll_transmit`] yields, in that order, and acts on [`Node::poll_event`].
+//!
+//! So the RPDOs of a SYNC act before that SYNC's TPDOs are sampled, and an SDO answer never waits for a tick.
+//!
+//! Several nodes on one link share a [`Router`], which knows who listens to which CAN-ID.
+#![forbid(unsafe_code)]
+#![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
+
+mod cob_id;
+mod communication;
+mod emcy;
+mod frame;
+mod nmt;
+mod node;
+mod pdo;
+mod router;
+mod rules;
+mod sdo;
+
+pub use cob_id::CobId;
+pub use emcy::{Emergency, ErrorRegister};
+pub use frame::{Frame, Id};
+pub use nmt::{NmtCommand, NmtState};
+pub use node::{Counters, Event, Node, NodeError};
+pub use router::Router;

@@ -1,0 +1,149 @@
+//! Emergency producer: EMCY messages, error register 0x1001 and history 0x1003 (CiA 301 v4.2, section 7.2.7).
+
+use std::collections::VecDeque;
+
+use bitflags::bitflags;
+use od::{Address, Dictionary, Instant};
+
+use crate::communication::{COB_ID_EMCY, ERROR_FIELD, ERROR_REGISTER, INHIBIT_TIME_EMCY, parameter};
+use crate::{CobId, Frame};
+
+bitflags! {
+    /// The error register, 0x1001.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct ErrorRegister: u8 {
+        /// Set while there is any error.
+        const GENERIC = 1 << 0;
+        /// Current.
+        const CURRENT = 1 << 1;
+        /// Voltage.
+        const VOLTAGE = 1 << 2;
+        /// Temperature.
+        const TEMPERATURE = 1 << 3;
+        /// Communication: overrun, error state.
+        const COMMUNICATION = 1 << 4;
+        /// Device profile specific.
+        const PROFILE = 1 << 5;
+        /// Manufacturer specific.
+        const MANUFACTURER = 1 << 7;
+    }
+}
+
+/// An error condition of the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Emergency {
+    /// Emergency error code, never zero.
+    pub code: u16,
+    /// Bits of the error register that it sets, beside `GENERIC`.
+    pub register: ErrorRegister,
+    /// Manufacturer-specific information.
+    pub detail: [u8; 5],
+}
+
+impl Emergency {
+    /// A frame was not processed because it was too short for its PDO (CiA 301 v4.2, table 26).
+    pub(crate) const PDO_TOO_SHORT: u16 = 0x8210;
+    /// A frame was longer than its PDO.
+    pub(crate) const PDO_TOO_LONG: u16 = 0x8220;
+    /// A SYNC had an unexpected length.
+    pub(crate) const SYNC_LENGTH: u16 = 0x8240;
+
+    /// A communication error with the given code and detail.
+    pub(crate) fn communication(code: u16, detail: [u8; 5]) -> Self {
+        Self { code, register: ErrorRegister::COMMUNICATION, detail }
+    }
+}
+
+/// Errors that may stand at the same time; further ones are not told apart.
+const MAX_ACTIVE: usize = 32;
+/// Messages that may wait for the inhibit time; older ones are dropped.
+const MAX_WAITING: usize = 16;
+
+/// What is wrong, and what is still to be told of it.
+#[derive(Debug, Default)]
+pub(crate) struct Producer {
+    active: Vec<Emergency>,
+    waiting: VecDeque<[u8; 8]>,
+    not_before: Instant,
+}
+
+impl Producer {
+    /// Notes an error. It is told once, until [`Producer::clear`] ends it.
+    pub(crate) fn raise(&mut self, communication: &mut Dictionary, emergency: Emergency) {
+        let is_known = self.active.iter().any(|a| a.code == emergency.code);
+        if is_known || self.active.len() == MAX_ACTIVE {
+            return;
+        }
+        self.active.push(emergency);
+        record(communication, emergency);
+        self.announce(communication, emergency.code, emergency.detail);
+    }
+
+    /// Ends the error `code`, if it stands.
+    pub(crate) fn clear(&mut self, communication: &mut Dictionary, code: u16) {
+        let before = self.active.len();
+        self.active.retain(|a| a.code != code);
+        if self.active.len() < before {
+            self.announce(communication, 0, [0; 5]);
+        }
+    }
+
+    /// Forgets everything, as a reset does.
+    pub(crate) fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    fn announce(&mut self, communication: &mut Dictionary, code: u16, detail: [u8; 5]) {
+        let register = self.register();
+        if let Ok(slot) = communication.find(Address::new(ERROR_REGISTER, 0)) {
+            communication.set(slot, u64::from(register.bits()));
+        }
+        let [low, high] = code.to_le_bytes();
+        let [a, b, c, d, e] = detail;
+        if self.waiting.len() == MAX_WAITING {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back([low, high, register.bits(), a, b, c, d, e]);
+    }
+
+    fn register(&self) -> ErrorRegister {
+        let any = if self.active.is_empty() { ErrorRegister::empty() } else { ErrorRegister::GENERIC };
+        self.active.iter().fold(any, |all, a| all | a.register)
+    }
+
+    /// The next message that may be sent now.
+    pub(crate) fn poll(&mut self, now: Instant, communication: &Dictionary) -> Option<Frame> {
+        if self.waiting.is_empty() || now < self.not_before {
+            return None;
+        }
+        let message = self.waiting.pop_front()?;
+        let inhibit = parameter(communication, INHIBIT_TIME_EMCY, 0);
+        self.not_before = now + core::time::Duration::from_micros(100 * inhibit);
+        let cob_id = CobId(parameter(communication, COB_ID_EMCY, 0) as u32);
+        cob_id.is_valid().then(|| Frame::new(cob_id.id(), &message))
+    }
+
+    /// When the next message may be sent.
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
+        (!self.waiting.is_empty()).then_some(self.not_before)
+    }
+}
+
+/// Puts an error in front of the history 0x1003.
+fn record(communication: &mut Dictionary, emergency: Emergency) {
+    let [a, b, ..] = emergency.detail;
+    let entry = u64::from(emergency.code) | u64::from(a) << 16 | u64::from(b) << 24;
+    let slot = |sub| communication.find(Address::new(ERROR_FIELD, sub)).ok();
+    let slots: Vec<_> = (1..=254).map_while(slot).collect();
+    let Some(count) = slot(0) else { return };
+    let known = communication.raw(count).min(slots.len() as u64);
+    for pair in slots.windows(2).rev() {
+        if let [newer, older] = *pair {
+            communication.set(older, communication.raw(newer));
+        }
+    }
+    if let Some(newest) = slots.first() {
+        communication.set(*newest, entry);
+        communication.set(count, (known + 1).min(slots.len() as u64));
+    }
+}

@@ -1,0 +1,71 @@
+//! Network management of one node (CiA 301 v4.2, section 7.3.2).
+
+/// The NMT state; the discriminant is its heartbeat value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum NmtState {
+    /// Before the boot-up message.
+    Initialising = 0x00,
+    /// Only NMT and error control.
+    Stopped = 0x04,
+    /// Everything, PDOs included.
+    Operational = 0x05,
+    /// Everything but PDOs.
+    PreOperational = 0x7F,
+}
+
+impl NmtState {
+    /// Whether SDO, SYNC, TIME and EMCY are served.
+    #[must_use]
+    pub const fn communicates(self) -> bool {
+        matches!(self, Self::Operational | Self::PreOperational)
+    }
+}
+
+/// An NMT command; the discriminant is its command specifier.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum NmtCommand {
+    /// Start remote node.
+    Start = 0x01,
+    /// Stop remote node.
+    Stop = 0x02,
+    /// Enter PRE-OPERATIONAL.
+    EnterPreOperational = 0x80,
+    /// Reset the application and the communication.
+    ResetNode = 0x81,
+    /// Reset the communication.
+    ResetCommunication = 0x82,
+}
+
+impl NmtCommand {
+    /// The command in an NMT message, if it is one and concerns `node_id`.
+    #[must_use]
+    pub fn decode(payload: &[u8], node_id: u8) -> Option<Self> {
+        let [specifier, address] = *payload else { return None };
+        let command = match specifier {
+            0x01 => Self::Start,
+            0x02 => Self::Stop,
+            0x80 => Self::EnterPreOperational,
+            0x81 => Self::ResetNode,
+            0x82 => Self::ResetCommunication,
+            _ => return None,
+        };
+        (address == 0 || address == node_id).then_some(command)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_whole_commands_to_this_node_or_all_are_taken() {
+        assert_eq!(NmtCommand::decode(&[0x01, 5], 5), Some(NmtCommand::Start));
+        assert_eq!(NmtCommand::decode(&[0x82, 0], 5), Some(NmtCommand::ResetCommunication));
+        assert_eq!(NmtCommand::decode(&[0x01, 6], 5), None);
+        assert_eq!(NmtCommand::decode(&[0x03, 5], 5), None);
+        assert_eq!(NmtCommand::decode(&[0x01], 5), None);
+        assert_eq!(NmtCommand::decode(&[0x01, 5, 0], 5), None);
+    }
+}

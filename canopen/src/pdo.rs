@@ -1,0 +1,151 @@
+//! Process data: what PDOs carry and when they go (CiA 301 v4.2, sections 7.2.2 and 7.5.2.35-38).
+
+mod parameters;
+mod rpdo;
+mod rules;
+mod tpdo;
+
+use od::{AbortCode, Address, Dictionary, Direction, Instant, Schema};
+
+pub(crate) use rpdo::{Reception, Rpdo};
+pub(crate) use rules::check_cob_id;
+pub(crate) use tpdo::{Occasion, Tpdo};
+
+use crate::communication::{MAX_PDOS, RPDO_COMMUNICATION, RPDO_MAPPING, TPDO_COMMUNICATION, TPDO_MAPPING};
+use crate::{Id, NodeError};
+use parameters::Parameters;
+
+/// Bits of a classic CAN frame's data field.
+const ROOM: usize = 64;
+
+/// All PDOs of a node.
+#[derive(Debug)]
+pub(crate) struct Pdos {
+    pub(crate) receive: Vec<Rpdo>,
+    pub(crate) transmit: Vec<Tpdo>,
+}
+
+impl Pdos {
+    /// The PDOs that `communication` has parameters for, their default mappings checked.
+    pub(crate) fn new(communication: &Dictionary, application: &Schema) -> Result<Self, NodeError> {
+        let receive = all_parameters(communication, application, Direction::Receive)?;
+        let transmit = all_parameters(communication, application, Direction::Transmit)?;
+        Ok(Self {
+            receive: receive.into_iter().map(|p| Rpdo::new(p, communication)).collect(),
+            transmit: transmit.into_iter().map(|p| Tpdo::new(p, communication)).collect(),
+        })
+    }
+
+    /// Takes over all parameters.
+    pub(crate) fn reload_all(&mut self, now: Instant, communication: &Dictionary, application: &Schema) {
+        self.receive.iter_mut().for_each(|r| r.reload(communication, application));
+        self.transmit.iter_mut().for_each(|t| t.reload(now, communication, application));
+    }
+
+    /// Takes over the parameters of the PDO that the object `index` belongs to, if it does.
+    pub(crate) fn reload(
+        &mut self,
+        now: Instant,
+        index: u16,
+        communication: &Dictionary,
+        application: &Schema,
+    ) {
+        let Some(record) = Record::at(index) else { return };
+        let is_meant = |p: &Parameters| p.direction == record.direction && p.number == record.number;
+        self.receive
+            .iter_mut()
+            .filter(|r| is_meant(&r.parameters))
+            .for_each(|r| r.reload(communication, application));
+        let transmit = self.transmit.iter_mut().filter(|t| is_meant(&t.parameters));
+        transmit.for_each(|t| t.reload(now, communication, application));
+    }
+
+    /// Starts anew, as after a change of the NMT state.
+    pub(crate) fn restart(&mut self, now: Instant) {
+        self.receive.iter_mut().for_each(Rpdo::stop);
+        self.transmit.iter_mut().for_each(|t| t.start(now));
+    }
+
+    /// Whether the parameter at `address` may become `raw`.
+    pub(crate) fn check(
+        &self,
+        communication: &Dictionary,
+        application: &Schema,
+        address: Address,
+        raw: u64,
+    ) -> Result<(), AbortCode> {
+        let Some(record) = Record::at(address.index) else { return Ok(()) };
+        let receive = self.receive.iter().map(|r| &r.parameters);
+        let mut all = receive.chain(self.transmit.iter().map(|t| &t.parameters));
+        let Some(parameters) = all.find(|p| p.direction == record.direction && p.number == record.number)
+        else {
+            return Ok(());
+        };
+        if record.is_mapping {
+            rules::check_mapping(parameters, communication, application, address.sub, raw)
+        } else {
+            rules::check_communication(parameters, communication, address.sub, raw)
+        }
+    }
+
+    /// Position and identifier of every valid RPDO.
+    pub(crate) fn rpdo_ids(&self) -> impl Iterator<Item = (usize, Id)> {
+        let cob_ids = self.receive.iter().map(|r| r.cob_id).enumerate();
+        cob_ids.filter(|(_, c)| c.is_valid()).map(|(position, c)| (position, c.id()))
+    }
+
+    /// Position and identifier of every valid TPDO that may be asked for by RTR.
+    pub(crate) fn request_ids(&self) -> impl Iterator<Item = (usize, Id)> {
+        let cob_ids = self.transmit.iter().map(|t| t.cob_id).enumerate();
+        cob_ids.filter(|(_, c)| c.is_valid() && c.allows_rtr()).map(|(position, c)| (position, c.id()))
+    }
+}
+
+/// Which PDO a parameter object belongs to.
+struct Record {
+    direction: Direction,
+    number: u16,
+    is_mapping: bool,
+}
+
+impl Record {
+    fn at(index: u16) -> Option<Self> {
+        use Direction::{Receive, Transmit};
+        let bases = [
+            (RPDO_COMMUNICATION, Receive, false),
+            (RPDO_MAPPING, Receive, true),
+            (TPDO_COMMUNICATION, Transmit, false),
+            (TPDO_MAPPING, Transmit, true),
+        ];
+        bases.into_iter().find_map(|(base, direction, is_mapping)| {
+            let number = index.checked_sub(base).filter(|n| *n < MAX_PDOS)?;
+            Some(Self { direction, number, is_mapping })
+        })
+    }
+}
+
+/// The parameters of every PDO that way.
+fn all_parameters(
+    communication: &Dictionary,
+    application: &Schema,
+    direction: Direction,
+) -> Result<Vec<Parameters>, NodeError> {
+    let schema = communication.schema();
+    let found = (0..MAX_PDOS).filter_map(|number| Parameters::find(schema, direction, number));
+    found
+        .map(|parameters| {
+            let count = parameters.count(communication);
+            let number = parameters.number + 1;
+            let refused = |code| NodeError::Mapping { direction: name(direction), number, code };
+            parameters.mapping(communication, application, count).map_err(refused)?;
+            Ok(parameters)
+        })
+        .collect()
+}
+
+const fn name(direction: Direction) -> &'static str {
+    match direction {
+        Direction::Receive => "RPDO",
+        Direction::Transmit => "TPDO",
+    }
+}

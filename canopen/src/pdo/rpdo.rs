@@ -1,0 +1,81 @@
+//! Process data into the device.
+
+use od::{Data, Dictionary, Mapping, Origin, Schema, Write};
+
+use super::parameters::{Parameters, Transmission};
+use crate::CobId;
+
+/// What became of a received PDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reception {
+    /// Taken.
+    Good,
+    /// Taken; there were more bytes than mapped.
+    TooLong,
+    /// Not taken; there were fewer bytes than mapped.
+    TooShort,
+}
+
+/// One RPDO.
+#[derive(Debug)]
+pub(crate) struct Rpdo {
+    pub(crate) parameters: Parameters,
+    pub(crate) cob_id: CobId,
+    transmission: Transmission,
+    mapping: Mapping,
+    latched: Option<[u8; 8]>,
+}
+
+impl Rpdo {
+    pub(crate) fn new(parameters: Parameters, communication: &Dictionary) -> Self {
+        let (cob_id, transmission) =
+            (parameters.cob_id(communication), parameters.transmission(communication));
+        Self { parameters, cob_id, transmission, mapping: Mapping::default(), latched: None }
+    }
+
+    /// Takes over changed parameters.
+    pub(crate) fn reload(&mut self, communication: &Dictionary, application: &Schema) {
+        self.cob_id = self.parameters.cob_id(communication);
+        self.transmission = self.parameters.transmission(communication);
+        let count = self.parameters.count(communication);
+        self.mapping = self.parameters.mapping(communication, application, count).unwrap_or_default();
+        self.latched = None;
+    }
+
+    /// Forgets what waits for a SYNC.
+    pub(crate) fn stop(&mut self) {
+        self.latched = None;
+    }
+
+    /// Latches a payload; [`Rpdo::take`] gives it back when it is due.
+    pub(crate) fn receive(&mut self, payload: &[u8]) -> Reception {
+        let expected = self.mapping.bytes();
+        if payload.len() < expected {
+            return Reception::TooShort;
+        }
+        let mut latched = [0; 8];
+        for (to, from) in latched.iter_mut().zip(payload) {
+            *to = *from;
+        }
+        self.latched = Some(latched);
+        if payload.len() > expected { Reception::TooLong } else { Reception::Good }
+    }
+
+    /// Whether what was received waits for a SYNC.
+    pub(crate) fn is_synchronous(&self) -> bool {
+        matches!(self.transmission, Transmission::Acyclic | Transmission::Cyclic(_))
+    }
+
+    /// Writes what is latched, as one batch. Returns false if the gate refused it.
+    pub(crate) fn apply(
+        &mut self,
+        application: &mut Dictionary,
+        origin: Origin,
+        batch: &mut Vec<Write<'static>>,
+    ) -> bool {
+        let Some(payload) = self.latched.take() else { return true };
+        batch.clear();
+        batch.extend(self.mapping.unpack(&payload).map(|(slot, raw)| Write { slot, data: Data::Raw(raw) }));
+        application.write(origin, batch).is_ok()
+    }
+}

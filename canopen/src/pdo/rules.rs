@@ -1,0 +1,57 @@
+//! What a bus may change of a PDO's parameters, and when (CiA 301 v4.2, sections 7.5.2.35-38).
+
+use od::{AbortCode, Dictionary, Mapping, Schema};
+
+use super::parameters::{Parameters, Transmission};
+use crate::CobId;
+
+/// Whether a COB-ID parameter may change from `old` to `new`: an identifier changes only while it is not valid,
+/// and a valid one is not one of the restricted CAN-IDs.
+pub(crate) fn check_cob_id(old: CobId, new: CobId) -> Result<(), AbortCode> {
+    const IDENTIFIER: u32 = 0x3FFF_FFFF;
+    if !new.is_valid() {
+        return Ok(());
+    }
+    if !new.is_configurable() {
+        return Err(AbortCode::InvalidValue);
+    }
+    let changes = (old.0 ^ new.0) & IDENTIFIER != 0;
+    if old.is_valid() && changes { Err(AbortCode::DeviceState) } else { Ok(()) }
+}
+
+/// Whether sub-index `sub` of a communication record may become `raw`.
+pub(crate) fn check_communication(
+    parameters: &Parameters,
+    communication: &Dictionary,
+    sub: u8,
+    raw: u64,
+) -> Result<(), AbortCode> {
+    let cob_id = parameters.cob_id(communication);
+    match sub {
+        1 => check_cob_id(cob_id, CobId(raw as u32)),
+        2 => Transmission::decode(raw as u8, parameters.direction).map(|_| ()).ok_or(AbortCode::InvalidValue),
+        3 | 6 if cob_id.is_valid() => Err(AbortCode::DeviceState),
+        _ => Ok(()),
+    }
+}
+
+/// Whether sub-index `sub` of a mapping record may become `raw`: only while the PDO is not valid, entries only
+/// while none is mapped, and only what exists, may be mapped and fits.
+pub(crate) fn check_mapping(
+    parameters: &Parameters,
+    communication: &Dictionary,
+    application: &Schema,
+    sub: u8,
+    raw: u64,
+) -> Result<(), AbortCode> {
+    if parameters.cob_id(communication).is_valid() {
+        return Err(AbortCode::UnsupportedAccess);
+    }
+    if sub == 0 {
+        return parameters.mapping(communication, application, raw).map(|_| ());
+    }
+    if parameters.count(communication) != 0 {
+        return Err(AbortCode::UnsupportedAccess);
+    }
+    if raw == 0 { Ok(()) } else { Mapping::field(application, parameters.direction, raw as u32).map(|_| ()) }
+}

@@ -1,0 +1,163 @@
+//! Process data out of the device.
+
+use core::time::Duration;
+
+use od::{Dictionary, Instant, Mapping, Schema};
+
+use super::parameters::{Parameters, Transmission};
+use crate::{CobId, Frame};
+
+/// What has happened since a TPDO was last looked at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Occasion {
+    /// A SYNC arrived.
+    pub(crate) is_sync: bool,
+    /// Some value of the dictionary changed.
+    pub(crate) has_changed: bool,
+}
+
+/// One TPDO.
+#[derive(Debug)]
+pub(crate) struct Tpdo {
+    pub(crate) parameters: Parameters,
+    pub(crate) cob_id: CobId,
+    transmission: Transmission,
+    mapping: Mapping,
+    inhibit: Duration,
+    event_period: Option<Duration>,
+    /// The payload last sent, or last sampled for a request.
+    last: Option<[u8; 8]>,
+    syncs: u8,
+    is_due: bool,
+    is_requested: bool,
+    not_before: Instant,
+    event_deadline: Option<Instant>,
+}
+
+impl Tpdo {
+    pub(crate) fn new(parameters: Parameters, communication: &Dictionary) -> Self {
+        let (cob_id, transmission) =
+            (parameters.cob_id(communication), parameters.transmission(communication));
+        Self {
+            parameters,
+            cob_id,
+            transmission,
+            mapping: Mapping::default(),
+            inhibit: Duration::ZERO,
+            event_period: None,
+            last: None,
+            syncs: 0,
+            is_due: false,
+            is_requested: false,
+            not_before: Instant::ZERO,
+            event_deadline: None,
+        }
+    }
+
+    /// Takes over changed parameters; a TPDO that is now valid starts anew.
+    pub(crate) fn reload(&mut self, now: Instant, communication: &Dictionary, application: &Schema) {
+        self.cob_id = self.parameters.cob_id(communication);
+        self.transmission = self.parameters.transmission(communication);
+        self.inhibit = self.parameters.inhibit(communication);
+        self.event_period = self.parameters.event_period(communication);
+        let count = self.parameters.count(communication);
+        self.mapping = self.parameters.mapping(communication, application, count).unwrap_or_default();
+        self.start(now);
+    }
+
+    /// Starts anew, as on entering OPERATIONAL: an event-driven TPDO is due at once.
+    pub(crate) fn start(&mut self, now: Instant) {
+        self.last = None;
+        self.syncs = 0;
+        self.is_requested = false;
+        self.is_due = self.transmission == Transmission::Event;
+        self.event_deadline = self.event_period.filter(|_| self.is_due).map(|period| now + period);
+    }
+
+    /// Notes a remote frame.
+    pub(crate) fn request(&mut self) {
+        self.is_requested = self.cob_id.allows_rtr();
+    }
+
+    fn is_active(&self) -> bool {
+        self.cob_id.is_valid() && self.mapping.bytes() > 0
+    }
+
+    /// When this TPDO wants to be looked at without any other occasion.
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
+        if !self.is_active() {
+            None
+        } else if self.is_due {
+            Some(self.not_before)
+        } else {
+            self.event_deadline
+        }
+    }
+
+    /// The frame to send now, if any.
+    pub(crate) fn poll(
+        &mut self,
+        now: Instant,
+        application: &Dictionary,
+        occasion: Occasion,
+    ) -> Option<Frame> {
+        if !self.is_active() {
+            return None;
+        }
+        let is_requested = core::mem::take(&mut self.is_requested);
+        let (payload, is_sent) = match self.transmission {
+            Transmission::Cyclic(every) => {
+                self.syncs = (self.syncs + u8::from(occasion.is_sync)) % every;
+                let is_turn = occasion.is_sync && self.syncs == 0;
+                (None, is_turn || is_requested)
+            }
+            Transmission::Acyclic if occasion.is_sync => {
+                let payload = self.pack(application);
+                (Some(payload), self.last != Some(payload) || is_requested)
+            }
+            Transmission::SyncRtr => {
+                if occasion.is_sync {
+                    self.last = Some(self.pack(application));
+                }
+                (self.last, is_requested && self.last.is_some())
+            }
+            Transmission::Acyclic | Transmission::Rtr => (None, is_requested),
+            Transmission::Event => {
+                let payload = self.event(now, application, occasion.has_changed);
+                (payload, payload.is_some() || is_requested)
+            }
+        };
+        is_sent.then(|| self.send(now, payload.unwrap_or_else(|| self.pack(application))))
+    }
+
+    /// The payload if an event-driven TPDO is due: its values changed, or its event timer expired, and the
+    /// inhibit time is over.
+    fn event(&mut self, now: Instant, application: &Dictionary, has_changed: bool) -> Option<[u8; 8]> {
+        let mut payload = None;
+        if has_changed && !self.is_due {
+            payload = Some(self.pack(application));
+            self.is_due = payload != self.last;
+        }
+        self.is_due |= self.event_deadline.is_some_and(|deadline| deadline <= now);
+        if !self.is_due || now < self.not_before {
+            return None;
+        }
+        Some(payload.unwrap_or_else(|| self.pack(application)))
+    }
+
+    fn send(&mut self, now: Instant, payload: [u8; 8]) -> Frame {
+        self.last = Some(payload);
+        self.is_due = false;
+        if self.transmission == Transmission::Event {
+            self.not_before = now + self.inhibit;
+            self.event_deadline = self.event_period.map(|period| now + period);
+        }
+        Frame::new(self.cob_id.id(), payload.get(..self.mapping.bytes()).unwrap_or_default())
+    }
+
+    fn pack(&self, application: &Dictionary) -> [u8; 8] {
+        let mut payload = [0; 8];
+        self.mapping.pack(application, &mut payload);
+        payload
+    }
+}

@@ -43,10 +43,8 @@ impl fmt::Display for Diagnostics {
 pub type Span = Range<usize>;
 
 /// Collects findings about one text.
-#[derive(Debug)]
-pub struct Report<'t> {
-    file: &'t str,
-    text: &'t str,
+#[derive(Debug, Default)]
+pub struct Report {
     found: Vec<Finding>,
 }
 
@@ -57,40 +55,48 @@ struct Finding {
     help: Option<String>,
 }
 
-impl<'t> Report<'t> {
-    /// No findings yet about `text`, which stands in `file`.
-    #[must_use]
-    pub const fn new(file: &'t str, text: &'t str) -> Self {
-        Self { file, text, found: Vec::new() }
+impl Report {
+    /// Adds a finding at the start of `span`, with what would be right.
+    pub fn error(&mut self, span: &Span, message: impl Into<String>, help: impl Into<Option<String>>) {
+        self.found.push(Finding { offset: span.start, message: message.into(), help: help.into() });
     }
 
-    /// Adds a finding at the start of `span`.
-    pub fn error(&mut self, span: &Span, message: impl Into<String>) {
-        self.found.push(Finding { offset: span.start, message: message.into(), help: None });
+    /// Adds that `word` at `span` is none of the known words for `what`, and proposes the nearest of them.
+    pub fn unknown<'k>(
+        &mut self,
+        span: &Span,
+        what: &str,
+        word: &str,
+        known: impl IntoIterator<Item = &'k str>,
+    ) {
+        const LONGEST_LIST: usize = 20;
+        let known: Vec<&str> = known.into_iter().collect();
+        let help = match nearest(word, &known) {
+            Some(near) => Some(format!("did you mean `{near}`?")),
+            None if known.is_empty() || known.len() > LONGEST_LIST => None,
+            None => Some(format!("known: {}", known.join(", "))),
+        };
+        self.error(span, format!("unknown {what} `{word}`"), help);
     }
 
-    /// Adds a finding at the start of `span` with what would be right.
-    pub fn error_with_help(&mut self, span: &Span, message: impl Into<String>, help: impl Into<String>) {
-        self.found.push(Finding { offset: span.start, message: message.into(), help: Some(help.into()) });
+    /// `value` if nothing was found wrong with the `text` of `file`.
+    ///
+    /// # Errors
+    /// The findings, sorted by position.
+    pub fn conclude<T>(self, file: &str, text: &str, value: Option<T>) -> Result<T, Diagnostics> {
+        match value {
+            Some(value) if self.found.is_empty() => Ok(value),
+            Some(_) | None => Err(self.into_diagnostics(file, text)),
+        }
     }
 
-    /// Line and column of a byte offset.
-    #[must_use]
-    pub fn position(&self, span: &Span) -> (usize, usize) {
-        let mut cursor = Cursor::new(self.text);
-        cursor.advance(span.start);
-        (cursor.line, cursor.column)
-    }
-
-    /// The findings, sorted by position; empty if there are none.
-    #[must_use]
-    pub fn finish(mut self) -> Diagnostics {
+    fn into_diagnostics(mut self, file: &str, text: &str) -> Diagnostics {
         self.found.sort_by_key(|finding| finding.offset);
-        let mut cursor = Cursor::new(self.text);
+        let mut cursor = Cursor::new(text);
         let diagnostics = self.found.into_iter().map(|finding| {
             cursor.advance(finding.offset);
             Diagnostic {
-                file: self.file.to_owned(),
+                file: file.to_owned(),
                 line: cursor.line,
                 column: cursor.column,
                 message: finding.message,
@@ -99,6 +105,39 @@ impl<'t> Report<'t> {
         });
         Diagnostics(diagnostics.collect())
     }
+}
+
+/// Line and column of byte `offset` in `text`, both from 1; the end of the text for what lies beyond.
+#[must_use]
+pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
+    let mut cursor = Cursor::new(text);
+    cursor.advance(offset);
+    (cursor.line, cursor.column)
+}
+
+/// The known word that `word` was most likely meant to be: a third of its letters may be wrong.
+fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
+    const LONGEST_WORD: usize = 64;
+    let tolerated = (word.len() / 3).max(1);
+    let near = known.iter().map(|k| (distance(word, k), *k)).min_by_key(|(distance, _)| *distance);
+    near.filter(|(distance, _)| *distance <= tolerated && word.len() <= LONGEST_WORD).map(|(_, k)| k)
+}
+
+/// How many letters must be inserted, removed or replaced to turn one word into the other.
+fn distance(from: &str, to: &str) -> usize {
+    let mut row: Vec<usize> = (0..=to.chars().count()).collect();
+    for (removed, a) in from.chars().enumerate() {
+        let mut diagonal = removed;
+        let mut left = removed + 1;
+        if let Some(first) = row.first_mut() {
+            *first = left;
+        }
+        for (cell, b) in row.iter_mut().skip(1).zip(to.chars()) {
+            left = (diagonal + usize::from(a != b)).min(*cell + 1).min(left + 1);
+            diagonal = core::mem::replace(cell, left);
+        }
+    }
+    row.last().copied().unwrap_or(0)
 }
 
 /// Walks a text once and counts lines and characters on the way.
@@ -131,14 +170,22 @@ mod tests {
 
     #[test]
     fn columns_count_characters_and_findings_come_in_order() {
-        let mut report = Report::new("a.toml", "grün = 1\nx");
-        report.error(&(10..11), "second");
-        report.error_with_help(&(6..7), "first", "blue");
-        report.error(&(99..100), "past the end");
-        let shown = report.finish().to_string();
+        let mut report = Report::default();
+        report.error(&(10..11), "second", None);
+        report.error(&(6..7), "first", "blue".to_owned());
+        report.error(&(99..100), "past the end", None);
+        let shown = report.conclude("a.toml", "grün = 1\nx", Some(())).unwrap_err().to_string();
         assert_eq!(
             shown,
             "a.toml:1:6: error: first\n  help: blue\na.toml:2:1: error: second\na.toml:2:2: error: past the end"
         );
+    }
+
+    #[test]
+    fn the_nearest_word_is_proposed_if_it_is_near_enough() {
+        assert_eq!(distance("kitten", "sitting"), 3);
+        assert_eq!(distance("", "abc"), 3);
+        assert_eq!(nearest("nodeid", &["name", "node_id"]), Some("node_id"));
+        assert_eq!(nearest("colour", &["name", "node_id"]), None);
     }
 }

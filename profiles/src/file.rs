@@ -1,10 +1,85 @@
 //! Reads a profile file.
 
-use crate::{Diagnostics, Profile};
+use std::collections::HashMap;
+use std::sync::Arc;
 
+use od::{Address, Object, Schema, SchemaError};
+
+use crate::profile::Dialect;
+use crate::{Diagnostics, Profile, Report, Span};
+
+mod default;
+mod motors;
+mod object;
+mod pdo;
 pub mod reader;
 
+use object::Objects;
+use reader::{Document, Node, Table};
+
+/// Objects below this index belong to the bus, the others to the device (CiA 301 v4.2, table 40).
+const FIRST_OF_APPLICATION: u16 = 0x2000;
+
 /// See [`Profile::parse`].
-pub(crate) fn parse(_file: &str, _text: &str, _motor: Option<&str>) -> Result<Profile, Diagnostics> {
-    Err(Diagnostics::default())
+pub(crate) fn parse(file: &str, text: &str, motor: Option<&str>) -> Result<Profile, Diagnostics> {
+    let mut report = Report::default();
+    let document = Document::parse(text, &mut report);
+    let profile = document.and_then(|document| read(document.root(&mut report), motor));
+    report.conclude(file, text, profile)
+}
+
+fn read(mut file: Table<'_, '_>, motor: Option<&str>) -> Option<Profile> {
+    let name = file.require::<&str>("name");
+    let description = file.require::<&str>("description");
+    let vendor = file.require::<&str>("vendor");
+    let product = file.require::<&str>("product");
+    let dialect = file.word("dialect", dialect, ["cia402", "jvl"]).map(|d| *d.get_ref());
+    let motors = motors::read(&mut file, motor);
+
+    let chosen = motors.as_ref().map(|motors| &motors.chosen);
+    let mut objects = Objects::default();
+    for node in file.get::<Vec<Node>>("object").unwrap_or_default() {
+        objects.read(node, chosen, file.report);
+    }
+    let rpdos = pdo::read_all(&mut file, pdo::RECEIVE, &mut objects);
+    let tpdos = pdo::read_all(&mut file, pdo::TRANSMIT, &mut objects);
+    let is_of_application = |object: &Object| object.index >= FIRST_OF_APPLICATION;
+    let (application, communication) = objects.list.into_iter().partition(is_of_application);
+    let communication = schema(communication, &objects.spans, file.report);
+    let application = schema(application, &objects.spans, file.report);
+    file.finish();
+
+    let motors = motors?;
+    Some(Profile {
+        name: name?.to_owned(),
+        description: description?.to_owned(),
+        vendor: vendor?.to_owned(),
+        product: product?.to_owned(),
+        dialect: dialect.unwrap_or_default(),
+        communication: Arc::new(communication?),
+        application: Arc::new(application?),
+        bindings: objects.bindings,
+        later: objects.later,
+        motor: motors.chosen,
+        motors: motors.names,
+        rpdos,
+        tpdos,
+    })
+}
+
+fn dialect(word: &str) -> Option<Dialect> {
+    match word {
+        "cia402" => Some(Dialect::Cia402),
+        "jvl" => Some(Dialect::Jvl),
+        _ => None,
+    }
+}
+
+fn schema(objects: Vec<Object>, spans: &HashMap<Address, Span>, report: &mut Report) -> Option<Schema> {
+    let locate = |error: &SchemaError| {
+        let whole = Address::new(error.address.index, 0);
+        spans.get(&error.address).or_else(|| spans.get(&whole)).cloned().unwrap_or_default()
+    };
+    let checked = Schema::new(objects);
+    checked.map_err(|errors| errors.iter().for_each(|e| report.error(&locate(e), e.to_string(), None))).ok()
 }

@@ -14,7 +14,7 @@ mod motor;
 mod profile;
 
 pub use binding::{Binding, UnknownBinding};
-pub use diagnostics::{Diagnostic, Diagnostics, Report, Span};
+pub use diagnostics::{Diagnostic, Diagnostics, Report, Span, line_and_column};
 pub use file::reader;
 pub use motor::Motor;
 pub use profile::{Bound, Dialect, Later, Profile};

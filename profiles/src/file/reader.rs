@@ -1,1 +1,289 @@
 //! Typed access to a TOML document that remembers where everything stands.
+//!
+//! A [`Table`] is asked for its keys one by one; what has the wrong type is reported with its position, and
+//! [`Table::finish`] reports the keys nobody asked for.
+
+use core::fmt;
+use core::ops::RangeInclusive;
+
+pub use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::{Report, Span};
+
+/// A parsed text.
+#[derive(Debug)]
+pub struct Document<'t>(Spanned<DeTable<'t>>);
+
+impl<'t> Document<'t> {
+    /// Parses `text`; `None` with one finding if it is no TOML.
+    pub fn parse(text: &'t str, report: &mut Report) -> Option<Self> {
+        let parsed = DeTable::parse(text);
+        parsed.map(Self).map_err(|e| report.error(&e.span().unwrap_or_default(), e.message(), None)).ok()
+    }
+
+    /// The table of the whole document.
+    pub fn root<'r, 'd>(&'d self, report: &'r mut Report) -> Table<'r, 'd> {
+        Node { entries: self.0.get_ref(), span: 0..0 }.open(report)
+    }
+}
+
+/// A table that was not opened yet.
+#[derive(Clone, Debug)]
+pub struct Node<'d> {
+    entries: &'d DeTable<'d>,
+    span: Span,
+}
+
+impl<'d> Node<'d> {
+    /// Begins to read the table.
+    pub fn open<'r>(self, report: &'r mut Report) -> Table<'r, 'd> {
+        Table { report, node: self, asked: Vec::new() }
+    }
+
+    /// Where the table stands.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        self.span.clone()
+    }
+
+    /// The keys of the table, each with the table behind it.
+    pub fn tables(&self, report: &mut Report) -> Vec<(Spanned<&'d str>, Self)> {
+        let open = |(key, value): (&'d Spanned<_>, _)| {
+            let node = Self::from_toml(value, report)?;
+            Some((name_of(key), node))
+        };
+        self.entries.iter().filter_map(open).collect()
+    }
+}
+
+/// A table being read.
+#[derive(Debug)]
+pub struct Table<'r, 'd> {
+    /// Where findings go.
+    pub report: &'r mut Report,
+    node: Node<'d>,
+    asked: Vec<&'static str>,
+}
+
+impl<'d> Table<'_, 'd> {
+    /// Where the table stands.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        self.node.span()
+    }
+
+    /// The value of `key`; `None` if there is none or it has the wrong type, which is reported.
+    pub fn get<T: FromToml<'d>>(&mut self, key: &'static str) -> Option<T> {
+        self.asked.push(key);
+        T::from_toml(self.node.entries.get(key)?, self.report)
+    }
+
+    /// The value of `key`; `None` if there is none or it has the wrong type, both of which are reported.
+    pub fn require<T: FromToml<'d>>(&mut self, key: &'static str) -> Option<T> {
+        if !self.has(key) {
+            let help = format!("add `{key} = ` with {}", T::expected());
+            self.report.error(&self.node.span, format!("`{key}` is missing"), help);
+        }
+        self.get(key)
+    }
+
+    /// Whether there is such a key.
+    #[must_use]
+    pub fn has(&self, key: &str) -> bool {
+        self.node.entries.contains_key(key)
+    }
+
+    /// Where the key stands, or the table if there is no such key.
+    #[must_use]
+    pub fn key_span(&self, key: &str) -> Span {
+        self.node.entries.get_key_value(key).map_or_else(|| self.span(), |(key, _)| key.span())
+    }
+
+    /// The required value of `key`, which must lie in `range`.
+    pub fn require_in<T>(&mut self, key: &'static str, range: RangeInclusive<T>) -> Option<T>
+    where
+        T: FromToml<'d> + PartialOrd + fmt::Display,
+    {
+        let value: Spanned<T> = self.require(key)?;
+        if range.contains(value.get_ref()) {
+            return Some(value.into_inner());
+        }
+        let help = format!("write a number from {} to {}", range.start(), range.end());
+        self.report.error(&value.span(), format!("`{key}` cannot be {}", value.get_ref()), help);
+        None
+    }
+
+    /// One of the words that `parse` knows; others are reported with the nearest of `known`.
+    pub fn word<T>(
+        &mut self,
+        key: &'static str,
+        parse: impl Fn(&str) -> Option<T>,
+        known: impl IntoIterator<Item = &'static str>,
+    ) -> Option<Spanned<T>> {
+        let word: Spanned<&str> = self.get(key)?;
+        let value = parse(word.get_ref());
+        if value.is_none() {
+            self.report.unknown(&word.span(), key, word.get_ref(), known);
+        }
+        value.map(|value| Spanned::new(word.span(), value))
+    }
+
+    /// Reports the keys that nobody asked for.
+    pub fn finish(self) {
+        for key in self.node.entries.keys() {
+            let name = name_of(key);
+            if !self.asked.iter().any(|asked| asked == name.get_ref()) {
+                self.report.unknown(&name.span(), "key", name.get_ref(), self.asked.iter().copied());
+            }
+        }
+    }
+}
+
+fn name_of<'d>(key: &'d Spanned<toml::de::DeString<'d>>) -> Spanned<&'d str> {
+    Spanned::new(key.span(), key.get_ref())
+}
+
+/// What a TOML value can be read as.
+pub trait FromToml<'d>: Sized {
+    /// What is expected, with its article.
+    fn expected() -> String;
+
+    /// The value; `None` if it is something else, which is reported.
+    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self>;
+}
+
+fn mismatch<'d, T: FromToml<'d>>(value: &Spanned<DeValue<'_>>, report: &mut Report) -> Option<T> {
+    let message = match value.get_ref() {
+        DeValue::Integer(number) => format!("{number} is not possible here"),
+        DeValue::Float(number) => format!("{number} is not possible here"),
+        DeValue::Array(_) => "an array is not possible here".to_owned(),
+        other => format!("a {} is not possible here", other.type_str()),
+    };
+    report.error(&value.span(), message, format!("write {}", T::expected()));
+    None
+}
+
+macro_rules! from_integer {
+    ($($integer:ty)*) => {$(
+        impl<'d> FromToml<'d> for $integer {
+            fn expected() -> String {
+                format!("an integer from {} to {}", Self::MIN, Self::MAX)
+            }
+
+            fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+                let number = value.get_ref().as_integer();
+                let number = number.and_then(|n| Self::from_str_radix(n.as_str(), n.radix()).ok());
+                number.or_else(|| mismatch::<Self>(value, report))
+            }
+        }
+    )*};
+}
+
+from_integer! { u8 u16 u32 u64 }
+
+impl<'d> FromToml<'d> for bool {
+    fn expected() -> String {
+        "true or false".to_owned()
+    }
+
+    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        value.get_ref().as_bool().or_else(|| mismatch::<Self>(value, report))
+    }
+}
+
+impl<'d> FromToml<'d> for &'d str {
+    fn expected() -> String {
+        "a string".to_owned()
+    }
+
+    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        value.get_ref().as_str().or_else(|| mismatch::<Self>(value, report))
+    }
+}
+
+impl<'d> FromToml<'d> for f64 {
+    fn expected() -> String {
+        "a number".to_owned()
+    }
+
+    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        match Scalar::of(value.get_ref()) {
+            #[expect(clippy::cast_precision_loss, reason = "a float is what was asked for")]
+            Some(Scalar::Integer(number)) => Some(number as Self),
+            Some(Scalar::Real(number)) => Some(number),
+            Some(Scalar::Bool(_) | Scalar::Text(_)) | None => mismatch::<Self>(value, report),
+        }
+    }
+}
+
+/// A single value of whichever type.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scalar<'d> {
+    /// `true` or `false`.
+    Bool(bool),
+    /// An integer.
+    Integer(i128),
+    /// A floating-point number.
+    Real(f64),
+    /// A string.
+    Text(&'d str),
+}
+
+impl<'d> Scalar<'d> {
+    fn of(value: &'d DeValue<'d>) -> Option<Self> {
+        match value {
+            DeValue::Boolean(bool) => Some(Self::Bool(*bool)),
+            DeValue::Integer(number) => {
+                i128::from_str_radix(number.as_str(), number.radix()).ok().map(Self::Integer)
+            }
+            DeValue::Float(number) => number.as_str().parse().ok().map(Self::Real),
+            DeValue::String(text) => Some(Self::Text(text)),
+            DeValue::Datetime(_) | DeValue::Array(_) | DeValue::Table(_) => None,
+        }
+    }
+}
+
+impl<'d> FromToml<'d> for Scalar<'d> {
+    fn expected() -> String {
+        "a number, a string, true or false".to_owned()
+    }
+
+    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        Self::of(value.get_ref()).or_else(|| mismatch::<Self>(value, report))
+    }
+}
+
+impl<'d> FromToml<'d> for Node<'d> {
+    fn expected() -> String {
+        "a table".to_owned()
+    }
+
+    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        let entries = value.get_ref().as_table();
+        entries
+            .map(|entries| Self { entries, span: value.span() })
+            .or_else(|| mismatch::<Self>(value, report))
+    }
+}
+
+impl<'d, T: FromToml<'d>> FromToml<'d> for Vec<T> {
+    fn expected() -> String {
+        format!("an array, each element {}", T::expected())
+    }
+
+    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        let Some(elements) = value.get_ref().as_array() else { return mismatch::<Self>(value, report) };
+        Some(elements.iter().filter_map(|element| T::from_toml(element, report)).collect())
+    }
+}
+
+impl<'d, T: FromToml<'d>> FromToml<'d> for Spanned<T> {
+    fn expected() -> String {
+        T::expected()
+    }
+
+    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        T::from_toml(value, report).map(|inner| Self::new(value.span(), inner))
+    }
+}

@@ -1,0 +1,51 @@
+//! What went wrong, as a bus tells it.
+
+use axis::DriveFault;
+
+use crate::Dialect;
+
+/// A fault of the device for 0x603F and EMCY.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// Error code.
+    pub code: u16,
+    /// Bits of the error register 0x1001 beside the generic one.
+    pub register: u8,
+    /// Manufacturer-specific information.
+    pub detail: [u8; 5],
+}
+
+const CURRENT: u8 = 1 << 1;
+const VOLTAGE: u8 = 1 << 2;
+const TEMPERATURE: u8 = 1 << 3;
+const PROFILE: u8 = 1 << 5;
+
+impl Fault {
+    /// The fault of an axis in the words of `dialect`.
+    pub(crate) fn new(fault: axis::Fault, dialect: Dialect) -> Self {
+        let (code, register) = standard(fault);
+        match dialect {
+            Dialect::Cia402 => Self { code, register, detail: [0; 5] },
+            // "Generic error - Motor error", whatever it is (module manual, section 4.3.18).
+            Dialect::Jvl => Self { code: 0x1001, register: 0, detail: [0; 5] },
+        }
+    }
+}
+
+/// Error code (IEC 61800-7-201, table of 0x603F) and error register bit.
+const fn standard(fault: axis::Fault) -> (u16, u8) {
+    match fault {
+        axis::Fault::FollowingError => (0x8611, PROFILE),
+        axis::Fault::Lost => (0x7500, 0),
+        axis::Fault::Drive(cause) => match cause {
+            DriveFault::OverCurrent => (0x2310, CURRENT),
+            DriveFault::OverVoltage => (0x3210, VOLTAGE),
+            DriveFault::UnderVoltage => (0x3220, VOLTAGE),
+            DriveFault::OverTemperature => (0x4210, TEMPERATURE),
+            DriveFault::Overload => (0x8311, PROFILE),
+            DriveFault::Encoder => (0x7305, 0),
+            DriveFault::SafeTorqueOff => (0x5441, 0),
+            DriveFault::Internal => (0x5000, 0),
+        },
+    }
+}

@@ -1,0 +1,123 @@
+//! Values in profile files: numbers, strings, `$NODEID+n` and `$MOTOR.key`.
+
+use od::{DataType, Initial, Range, Value};
+
+use super::reader::{Scalar, Spanned};
+use crate::{Motor, Report, Span};
+
+/// The `default` of an entry of `data_type`; `None` if it does not suit, which is reported, or if it asks for a
+/// motor that could not be read.
+pub(super) fn initial(
+    data_type: DataType,
+    default: &Spanned<Scalar<'_>>,
+    motor: Option<&Motor>,
+    report: &mut Report,
+) -> Option<Initial> {
+    let span = default.span();
+    match default.get_ref() {
+        Scalar::Text(text) if text.starts_with("$NODEID") => plus_node_id(text, &span, report),
+        Scalar::Text(text) if text.starts_with("$MOTOR.") => {
+            let number = motor_datum(text, &span, motor?, report)?;
+            value(data_type, Scalar::Integer(number.into()), &span, report).map(Initial::Value)
+        }
+        scalar => value(data_type, *scalar, &span, report).map(Initial::Value),
+    }
+}
+
+/// The `range = [min, max]` of an entry of `data_type`.
+pub(super) fn range(
+    data_type: DataType,
+    bounds: &Spanned<Vec<Scalar<'_>>>,
+    report: &mut Report,
+) -> Option<Range> {
+    #[expect(clippy::cast_precision_loss, reason = "the bound of a real is a real")]
+    let real = |bound: &Scalar<'_>| match bound {
+        Scalar::Integer(number) => Some(*number as f64),
+        Scalar::Real(number) => Some(*number),
+        Scalar::Bool(_) | Scalar::Text(_) => None,
+    };
+    let range = match bounds.get_ref().as_slice() {
+        [Scalar::Integer(min), Scalar::Integer(max)] if data_type.integer_limits().is_some() => {
+            Some(Range::Integer { min: *min, max: *max })
+        }
+        [min, max] if data_type.is_real() => {
+            real(min).zip(real(max)).map(|(min, max)| Range::Real { min, max })
+        }
+        _ => None,
+    };
+    if range.is_none() {
+        let message = format!("this is no range for a {}", data_type.short_name());
+        report.error(&bounds.span(), message, "write `[smallest, largest]`".to_owned());
+    }
+    range
+}
+
+fn value(data_type: DataType, scalar: Scalar<'_>, span: &Span, report: &mut Report) -> Option<Value> {
+    let value = match scalar {
+        Scalar::Bool(on) if data_type == DataType::Boolean => Value::integer(data_type, on.into()),
+        #[expect(clippy::cast_precision_loss, reason = "the default of a real is a real")]
+        Scalar::Integer(number) if data_type.is_real() => Value::real(data_type, number as f64),
+        Scalar::Integer(number) => Value::integer(data_type, number),
+        Scalar::Real(number) => Value::real(data_type, number),
+        Scalar::Text(text) if takes(data_type, text) => Some(Value::Bytes(text.as_bytes().to_vec())),
+        Scalar::Bool(_) | Scalar::Text(_) => None,
+    };
+    if value.is_none() {
+        let message = format!("this is no {} value", data_type.short_name());
+        report.error(span, message, expected(data_type));
+    }
+    value
+}
+
+fn takes(data_type: DataType, text: &str) -> bool {
+    match data_type {
+        DataType::VisibleString => text.bytes().all(|c| matches!(c, 0x20..=0x7E)),
+        other => other == DataType::OctetString,
+    }
+}
+
+fn expected(data_type: DataType) -> String {
+    match (data_type, data_type.integer_limits()) {
+        (DataType::Boolean, _) => "write true or false".to_owned(),
+        (_, Some((min, max))) => format!("write an integer from {min} to {max}"),
+        (DataType::Real32 | DataType::Real64, None) => "write a number".to_owned(),
+        (DataType::VisibleString, None) => "write a string of printable ASCII characters".to_owned(),
+        (DataType::OctetString, None) => "write a string".to_owned(),
+        (_, None) => "leave the default out".to_owned(),
+    }
+}
+
+fn plus_node_id(text: &str, span: &Span, report: &mut Report) -> Option<Initial> {
+    let base = match text.strip_prefix("$NODEID") {
+        Some("") => Some(0),
+        Some(rest) => rest.strip_prefix('+').and_then(number),
+        None => None,
+    };
+    if base.is_none() {
+        let help = "write `$NODEID+` and a number up to 0xFFFFFFFF, such as `$NODEID+0x80`".to_owned();
+        report.error(span, format!("`{text}` is no number"), help);
+    }
+    base.map(Initial::PlusNodeId)
+}
+
+/// A decimal number, or a hexadecimal one after `0x`.
+pub(super) fn number(text: &str) -> Option<u32> {
+    let parsed = match text.strip_prefix("0x") {
+        Some(digits) if digits.starts_with('+') => return None,
+        Some(digits) => u32::from_str_radix(digits, 16),
+        None => text.parse(),
+    };
+    parsed.ok()
+}
+
+fn motor_datum(text: &str, span: &Span, motor: &Motor, report: &mut Report) -> Option<u32> {
+    const KNOWN: [&str; 2] = ["counts_per_revolution", "max_speed_rpm"];
+    match text.strip_prefix("$MOTOR.") {
+        Some("counts_per_revolution") => Some(motor.counts_per_revolution),
+        Some("max_speed_rpm") => Some(motor.max_speed_rpm),
+        other => {
+            report.unknown(span, "motor datum", other.unwrap_or(text), KNOWN);
+            None
+        }
+    }
+}

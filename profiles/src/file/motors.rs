@@ -1,0 +1,61 @@
+//! The motors of a profile file: `[motors.<name>]` tables and `default_motor`.
+
+use super::reader::{Node, Spanned, Table};
+use crate::{Motor, Report};
+
+/// The chosen motor and the names of all.
+pub(super) struct Motors {
+    pub(super) chosen: Motor,
+    pub(super) names: Vec<String>,
+}
+
+/// Reads all motors and chooses `wanted`, or the default one.
+pub(super) fn read(file: &mut Table<'_, '_>, wanted: Option<&str>) -> Option<Motors> {
+    let default = file.get::<Spanned<&str>>("default_motor");
+    let node = file.require::<Node>("motors")?;
+    let tables = node.tables(file.report);
+    let names: Vec<&str> = tables.iter().map(|(name, _)| *name.get_ref()).collect();
+    let motors: Vec<Motor> =
+        tables.iter().filter_map(|(name, node)| motor(name.get_ref(), node.clone(), file.report)).collect();
+
+    let default = default.map(|name| (name.span(), name.into_inner()));
+    if let Some((span, name)) = &default
+        && !names.contains(name)
+    {
+        file.report.unknown(span, "motor", name, names.iter().copied());
+    }
+    if let Some(name) = wanted
+        && !names.contains(&name)
+    {
+        file.report.unknown(&node.span(), "motor", name, names.iter().copied());
+    }
+    let only = if let [name] = names.as_slice() { Some(*name) } else { None };
+    let Some(name) = wanted.or(default.map(|(_, name)| name)).or(only) else {
+        let help = format!("add `default_motor = ` with one of {}", names.join(", "));
+        file.report.error(&node.span(), "no motor is the default", help);
+        return None;
+    };
+    let chosen = motors.into_iter().find(|motor| motor.name == name)?;
+    Some(Motors { chosen, names: names.into_iter().map(str::to_owned).collect() })
+}
+
+fn motor(name: &str, node: Node<'_>, report: &mut Report) -> Option<Motor> {
+    const NANOS_PER_SECOND: u64 = 1_000_000_000;
+    let mut table = node.open(report);
+    let counts_per_revolution = table.require_in("counts_per_revolution", 1..=u32::MAX);
+    let raster_ns = table.require_in("raster_ns", 1..=NANOS_PER_SECOND);
+    let max_speed_rpm = table.require_in("max_speed_rpm", 1..=1_000_000);
+    let rated_torque_nm = table.require_in("rated_torque_nm", 1e-6..=1e6);
+    let peak_torque_factor = table.require_in("peak_torque_factor", 1.0..=100.0);
+    let rotor_inertia_kg_m2 = table.require_in("rotor_inertia_kg_m2", 1e-12..=1e6);
+    table.finish();
+    Some(Motor {
+        name: name.to_owned(),
+        counts_per_revolution: counts_per_revolution?,
+        raster_ns: raster_ns?,
+        max_speed_rpm: max_speed_rpm?,
+        rated_torque_nm: rated_torque_nm?,
+        peak_torque_factor: peak_torque_factor?,
+        rotor_inertia_kg_m2: rotor_inertia_kg_m2?,
+    })
+}

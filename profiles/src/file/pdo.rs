@@ -1,0 +1,218 @@
+//! The PDOs of a profile file: `[[rpdo]]` and `[[tpdo]]` tables, which stand for their communication and mapping
+//! objects (CiA 301 v4.2, sections 7.5.2.35 to 7.5.2.38).
+
+use od::{Access, Address, DataType, Direction, Entry, Initial, Object, Value};
+
+use super::object::Objects;
+use super::reader::{Node, Scalar, Spanned, Table};
+use super::{FIRST_OF_APPLICATION, default};
+use crate::profile::Later;
+use crate::{Report, Span};
+
+/// What tells the two kinds of PDO apart.
+#[derive(Clone, Copy)]
+pub(super) struct Kind {
+    key: &'static str,
+    name: &'static str,
+    direction: Direction,
+    communication: u16,
+    mapping: u16,
+    /// COB-ID of PDO 1 of node 0 in the pre-defined connection set (CiA 301 v4.2, table 38).
+    first_cob_id: u32,
+    flags: u32,
+}
+
+pub(super) const RECEIVE: Kind = Kind {
+    key: "rpdo",
+    name: "RPDO",
+    direction: Direction::Receive,
+    communication: 0x1400,
+    mapping: 0x1600,
+    first_cob_id: 0x200,
+    flags: 0,
+};
+
+pub(super) const TRANSMIT: Kind = Kind {
+    key: "tpdo",
+    name: "TPDO",
+    direction: Direction::Transmit,
+    communication: 0x1800,
+    mapping: 0x1A00,
+    first_cob_id: 0x180,
+    flags: NO_RTR,
+};
+
+/// Bit 31 of a PDO's COB-ID: the PDO does not exist.
+const NOT_VALID: u32 = 1 << 31;
+/// Bit 30 of a TPDO's COB-ID: it cannot be asked for by a remote frame.
+const NO_RTR: u32 = 1 << 30;
+/// PDOs 1 to this have a COB-ID in the pre-defined connection set, 0x100 apart.
+const PREDEFINED: u16 = 4;
+/// Entries that can be mapped into one PDO: as many as there are bytes in a CAN frame.
+const MAX_FIELDS: u8 = 8;
+const PAYLOAD_BITS: u32 = 64;
+const HIGHEST_NUMBER: u16 = 512;
+const EVENT_DRIVEN: u8 = 255;
+
+/// Reads the PDOs of one kind, adds their objects and says how many there are.
+pub(super) fn read_all(file: &mut Table<'_, '_>, kind: Kind, objects: &mut Objects) -> u16 {
+    let nodes = file.get::<Vec<Node>>(kind.key).unwrap_or_default();
+    let number = u16::try_from(nodes.len()).unwrap_or(u16::MAX);
+    for node in nodes {
+        read(node, kind, objects, file.report);
+    }
+    number
+}
+
+fn read(node: Node<'_>, kind: Kind, objects: &mut Objects, report: &mut Report) {
+    let span = node.span();
+    let mut table = node.open(report);
+    let number = table.require_in("number", 1..=HIGHEST_NUMBER);
+    let cob_id = cob_id(&mut table, kind, number);
+    let mut members = vec![
+        u32_entry(1, &format!("COB-ID used by {}", kind.name), cob_id),
+        entry(2, "Transmission type", DataType::Unsigned8, transmission(&mut table)),
+        entry(3, "Inhibit time", DataType::Unsigned16, table.get::<u16>("inhibit").unwrap_or(0).into()),
+        entry(5, "Event timer", DataType::Unsigned16, table.get::<u16>("event_timer").unwrap_or(0).into()),
+    ];
+    if kind.direction == Direction::Transmit {
+        let start = table.get::<u8>("sync_start").unwrap_or(0);
+        members.push(entry(6, "SYNC start value", DataType::Unsigned8, start.into()));
+    }
+    let map = table.require::<Vec<Spanned<&str>>>("map").unwrap_or_default();
+    let parameters = mapping(&map, kind, objects, table.report);
+    let later = table.get::<&str>("later");
+    table.finish();
+    if let Some(number) = number {
+        let name = format!("{} communication parameter {number}", kind.name);
+        objects.push(Object::record(kind.communication + number - 1, name, members), span.clone());
+        objects.push(mapping_object(kind, number, &parameters), span);
+        let postpone = |what: &str| Later {
+            index: kind.mapping + number - 1,
+            subs: 0..=MAX_FIELDS,
+            what: what.to_owned(),
+        };
+        objects.later.extend(later.map(postpone));
+    }
+}
+
+/// `cob_id`, or the one of the pre-defined connection set; bit 31 is set unless the PDO is `enabled`.
+fn cob_id(table: &mut Table<'_, '_>, kind: Kind, number: Option<u16>) -> Initial {
+    let predefined = number.filter(|n| *n <= PREDEFINED);
+    let given = table.get::<Spanned<Scalar<'_>>>("cob_id");
+    let given = given
+        .map(|scalar| (scalar.span(), default::initial(DataType::Unsigned32, &scalar, None, table.report)));
+    let enabled = table.get::<bool>("enabled").unwrap_or(predefined.is_some() || given.is_some());
+    if enabled && given.is_none() && number.is_some() && predefined.is_none() {
+        let help = "add `cob_id = ` or `enabled = false`".to_owned();
+        table.report.error(&table.key_span("enabled"), "only PDOs 1-4 have a COB-ID of their own", help);
+    }
+    let flags = kind.flags | if enabled { 0 } else { NOT_VALID };
+    match (given, predefined) {
+        (Some((_, Some(Initial::PlusNodeId(base)))), _) => Initial::PlusNodeId(base | flags),
+        (Some((_, Some(Initial::Value(value)))), _) => {
+            Initial::Value(Value::Fixed(value.raw() | u64::from(flags)))
+        }
+        (None, Some(number)) => {
+            let base = kind.first_cob_id + 0x100 * (u32::from(number) - 1);
+            Initial::PlusNodeId(base | flags)
+        }
+        (Some((_, None)) | None, _) => Initial::Value(Value::Fixed(flags.into())),
+    }
+}
+
+fn transmission(table: &mut Table<'_, '_>) -> u64 {
+    let transmission = table.get::<Spanned<u8>>("transmission");
+    if let Some(code) = &transmission
+        && matches!(code.get_ref(), 241..=251)
+    {
+        let help = "write 0-240 (synchronous), 252, 253 (on request) or 254, 255 (event-driven)".to_owned();
+        table.report.error(&code.span(), "transmission types 241-251 are reserved", help);
+    }
+    transmission.map_or(EVENT_DRIVEN, Spanned::into_inner).into()
+}
+
+/// The mapping parameters (0xIIIISSBB) of the entries in `map`.
+fn mapping(map: &[Spanned<&str>], kind: Kind, objects: &Objects, report: &mut Report) -> Vec<u32> {
+    let mut parameters = Vec::new();
+    let mut bits = 0;
+    for text in map {
+        let Some((address, width)) = field(text.get_ref(), &text.span(), kind, objects, report) else {
+            continue;
+        };
+        bits += u32::from(width);
+        if bits > PAYLOAD_BITS || parameters.len() >= usize::from(MAX_FIELDS) {
+            let message = format!("{address} does not fit any more");
+            report.error(&text.span(), message, "a PDO carries 8 bytes and 8 entries".to_owned());
+        }
+        parameters.push(u32::from(address.index) << 16 | u32::from(address.sub) << 8 | u32::from(width));
+    }
+    parameters
+}
+
+fn field(
+    text: &str,
+    span: &Span,
+    kind: Kind,
+    objects: &Objects,
+    report: &mut Report,
+) -> Option<(Address, u8)> {
+    let Some(address) = address(text) else {
+        let help = "write index and sub-index in hexadecimal, such as `0x6040:00`".to_owned();
+        report.error(span, format!("`{text}` is no entry"), help);
+        return None;
+    };
+    if kind.direction == Direction::Receive
+        && address.sub == 0
+        && let Some(dummy) = DataType::from_code(address.index)
+    {
+        return dummy.bits().map(|bits| (address, bits));
+    }
+    let Some(entry) = objects.entry(address) else {
+        report.error(span, format!("there is no entry {address}"), None);
+        return None;
+    };
+    let allowed = match kind.direction {
+        Direction::Receive => entry.mappable.receive(),
+        Direction::Transmit => entry.mappable.transmit(),
+    };
+    match entry.data_type.bits() {
+        Some(bits) if allowed && address.index >= FIRST_OF_APPLICATION => Some((address, bits)),
+        Some(_) | None => {
+            let help = "the entry's `pdo = ` says which PDOs may carry it".to_owned();
+            report.error(span, format!("{address} cannot be mapped into a {}", kind.name), help);
+            None
+        }
+    }
+}
+
+/// The entry that `0x6040:00` stands for.
+fn address(text: &str) -> Option<Address> {
+    let (index, sub) = text.strip_prefix("0x")?.split_once(':')?;
+    let is_hex = |digits: &str| digits.bytes().all(|c| c.is_ascii_hexdigit());
+    let address = Address::new(u16::from_str_radix(index, 16).ok()?, u8::from_str_radix(sub, 16).ok()?);
+    (is_hex(index) && is_hex(sub)).then_some(address)
+}
+
+fn mapping_object(kind: Kind, number: u16, parameters: &[u32]) -> Object {
+    let members = (1..=MAX_FIELDS).map(|sub| {
+        let parameter = parameters.get(usize::from(sub) - 1).copied().unwrap_or(0);
+        u32_entry(sub, &format!("Application object {sub}"), Initial::Value(Value::Fixed(parameter.into())))
+    });
+    let name = format!("{} mapping parameter {number}", kind.name);
+    let mut object = Object::record(kind.mapping + number - 1, name, members.collect());
+    if let Some(count) = object.entries.first_mut() {
+        count.name = format!("Number of mapped application objects in {}", kind.name);
+        count.access = Access::ReadWrite;
+        count.initial = Initial::Value(Value::Fixed(parameters.len() as u64));
+    }
+    object
+}
+
+fn entry(sub: u8, name: &str, data_type: DataType, value: u64) -> Entry {
+    Entry::new(sub, name, data_type, Access::ReadWrite).with_value(Value::Fixed(value))
+}
+
+fn u32_entry(sub: u8, name: &str, initial: Initial) -> Entry {
+    Entry { initial, ..Entry::new(sub, name, DataType::Unsigned32, Access::ReadWrite) }
+}

@@ -235,6 +235,7 @@ impl Generator {
     /// Moves on to `velocity`; coming to rest within rounding of the target or a limit, exactly there.
     fn advance(&mut self, velocity: Velocity, end: Option<f64>, range: PositionRange) {
         let before = self.now;
+        let velocity = velocity + STANDSTILL; // makes a negative zero positive
         let position = before.position.0 + (before.velocity + velocity).0 / 2.0 * self.period;
         let close = 1e-9 + position.abs() * (16.0 * f64::EPSILON);
         let is_close = |place: &f64| (position - place).abs() <= close;

@@ -181,3 +181,103 @@ impl Plant {
 fn within(value: f64, min: f64, max: f64, default: f64) -> f64 {
     if (min..=max).contains(&value) { value } else { default }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP: f64 = 125e-6;
+
+    fn run(plant: &mut Plant, torque: f64, steps: u32) {
+        (0..steps).for_each(|_| plant.step(Torque(torque), STEP));
+    }
+
+    #[test]
+    fn torque_below_the_friction_moves_nothing() {
+        let mut plant = Plant::new(PlantConfig::default());
+        run(&mut plant, 23.0, 1000);
+        assert_eq!(plant.velocity(), Velocity(0.0));
+        run(&mut plant, 24.0, 1000);
+        assert!(plant.velocity() > Velocity(0.0));
+    }
+
+    #[test]
+    fn rated_torque_accelerates_the_inertia() {
+        let config =
+            PlantConfig { coulomb_friction_nm: 0.0, viscous_friction_nms: 0.0, ..PlantConfig::default() };
+        let mut plant = Plant::new(config);
+        run(&mut plant, 1000.0, 80);
+        let expected = 1.27 / 1.3e-4 / TAU * 8192.0 * 0.01;
+        assert!((plant.velocity().0 - expected).abs() < 1e-6 * expected);
+    }
+
+    #[test]
+    fn coasting_slows_down_by_friction_only_and_ends_at_rest() {
+        let mut plant = Plant::new(PlantConfig::default());
+        run(&mut plant, 500.0, 800);
+        let mut last = plant.velocity().0;
+        let coulomb = 0.03 / 1.3e-4 / TAU * 8192.0 * STEP;
+        while last > 0.0 {
+            run(&mut plant, 0.0, 1);
+            let lost = last - plant.velocity().0;
+            let viscous = last * 1e-4 / 1.3e-4 * STEP;
+            assert!(lost > 0.0 && lost <= coulomb + viscous + 1e-9);
+            last = plant.velocity().0;
+        }
+        let rest = plant.position;
+        run(&mut plant, 0.0, 100);
+        assert_eq!(plant.position.to_bits(), rest.to_bits());
+    }
+
+    #[test]
+    fn the_index_is_latched_exactly_in_both_directions() {
+        let mut plant = Plant::new(PlantConfig { index: Position(100.0), ..PlantConfig::default() });
+        assert_eq!(plant.index(), None);
+        while plant.encoder() < Position(9000.0) {
+            run(&mut plant, 200.0, 1);
+        }
+        assert_eq!(plant.index(), Some(Position(8292.0)));
+        while plant.encoder() > Position(50.0) {
+            run(&mut plant, -200.0, 1);
+        }
+        assert_eq!(plant.index(), Some(Position(100.0)));
+    }
+
+    #[test]
+    fn switches_and_hard_stops_are_where_they_were_put() {
+        let range = |min, max| PositionRange::new(Position(min), Position(max));
+        let mut plant = Plant::new(PlantConfig {
+            positive_switch: Some(Position(900.0)),
+            negative_switch: Some(Position(-900.0)),
+            home_switch: range(-10.0, 10.0),
+            stops: range(-1000.0, 1000.0),
+            ..PlantConfig::default()
+        });
+        assert_eq!(plant.switches(), Switches { home: true, ..Switches::default() });
+        run(&mut plant, 100.0, 4000);
+        assert_eq!(plant.switches(), Switches { positive_limit: true, ..Switches::default() });
+        assert_eq!((plant.encoder(), plant.velocity()), (Position(1000.0), Velocity(0.0)));
+        run(&mut plant, -100.0, 4000);
+        assert_eq!(plant.switches(), Switches { negative_limit: true, ..Switches::default() });
+    }
+
+    #[test]
+    fn a_plant_of_nonsense_is_the_default_one() {
+        let nan = f64::NAN;
+        let mut plant = Plant::new(PlantConfig {
+            counts_per_revolution: 0,
+            rated_torque_nm: nan,
+            peak_torque: Torque(nan),
+            motor_inertia_kgm2: 0.0,
+            load_inertia_kgm2: -1.0,
+            viscous_friction_nms: f64::INFINITY,
+            coulomb_friction_nm: nan,
+            start: Position(nan),
+            index: Position(nan),
+            ..PlantConfig::default()
+        });
+        run(&mut plant, f64::NAN, 10);
+        run(&mut plant, f64::INFINITY, 100);
+        assert!(plant.velocity().0.is_finite() && plant.encoder().0.is_finite());
+    }
+}

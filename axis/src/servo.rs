@@ -182,3 +182,73 @@ fn earlier(set_point: &SetPoint, seconds: f64) -> SetPoint {
     then.position.0 -= (velocity - acceleration * seconds / 2.0) * seconds;
     then
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::{Position, Velocity};
+
+    fn servo(plant: PlantConfig) -> SimulatedServo {
+        SimulatedServo::new(Period::MILLISECOND, ServoConfig { plant, ..ServoConfig::default() })
+    }
+
+    fn on(position: f64) -> Command {
+        let set_point = SetPoint { position: Position(position), ..SetPoint::default() };
+        Command { enable: true, set_point, torque_limit: Torque(3000.0), reset_fault: false }
+    }
+
+    /// Enables the drive and lets it settle at `position`.
+    fn settle(servo: &mut SimulatedServo, position: f64) -> Feedback {
+        (0..3000).map(|_| servo.step(&on(position))).last().unwrap_or_default()
+    }
+
+    #[test]
+    fn enabling_takes_its_steps_and_switching_off_none() {
+        let mut servo = servo(PlantConfig::default());
+        for _ in 0..10 {
+            assert_eq!(servo.step(&on(0.0)).state, DriveState::Enabling);
+        }
+        assert_eq!(servo.step(&on(0.0)).state, DriveState::Enabled);
+        assert_eq!(servo.step(&Command::default()).state, DriveState::Disabled);
+    }
+
+    #[test]
+    fn it_settles_on_the_count_against_friction() {
+        for friction in [0.0, 0.03, 0.3] {
+            let plant = PlantConfig { coulomb_friction_nm: friction, ..PlantConfig::default() };
+            let settled = settle(&mut servo(plant), 3.0);
+            assert!((settled.position.0 - 3.0).abs() <= 1.0, "{friction}: {settled:?}");
+        }
+    }
+
+    #[test]
+    fn the_torque_limit_holds() {
+        let mut servo = servo(PlantConfig::default());
+        settle(&mut servo, 0.0);
+        let command = Command { torque_limit: Torque(50.0), ..on(10_000.0) };
+        for _ in 0..200 {
+            assert!(servo.step(&command).torque.abs() <= Torque(50.0));
+        }
+    }
+
+    #[test]
+    fn without_power_only_friction_works() {
+        let mut servo = servo(PlantConfig::default());
+        let mut command = on(0.0);
+        command.set_point.velocity = Velocity(50_000.0);
+        for _ in 0..100 {
+            servo.step(&command);
+            command.set_point.position.0 += 50.0;
+        }
+        let mut last = servo.plant.velocity().0;
+        assert!(last > 40_000.0);
+        while last > 0.0 {
+            let feedback = servo.step(&Command::default());
+            assert!(feedback.torque == Torque(0.0) && feedback.velocity.0 < last);
+            last = feedback.velocity.0;
+        }
+        let rest = servo.step(&Command::default());
+        assert_eq!(rest.velocity, Velocity(0.0));
+        assert_eq!(servo.step(&Command::default()).position, rest.position);
+    }
+}

@@ -121,7 +121,8 @@ impl Axis {
 
     /// Runs one raster period.
     pub fn step(&mut self) {
-        if self.is_running() {
+        let was_running = self.is_running();
+        if was_running {
             self.generator.step();
         }
         let command = self.drive_command();
@@ -129,8 +130,8 @@ impl Axis {
         let feedback = self.drive.step(&command);
         self.status.steps = self.status.steps.wrapping_add(1);
         self.read(&feedback);
-        self.supervise();
-        if !self.is_running() {
+        self.supervise(was_running);
+        if !(was_running && self.is_running()) {
             let Actual { position, velocity, .. } = self.status.actual;
             self.generator.place(position, velocity);
         }
@@ -192,11 +193,11 @@ impl Axis {
         self.status.index = feedback.index.map(|index| index + self.offset);
     }
 
-    fn supervise(&mut self) {
+    fn supervise(&mut self, was_running: bool) {
         let found = match self.status.drive {
             DriveState::Fault(cause) => Some(Fault::Drive(cause)),
             DriveState::Lost => Some(Fault::Lost),
-            DriveState::Enabled if self.enable && self.strays() => Some(Fault::FollowingError),
+            DriveState::Enabled if was_running && self.strays() => Some(Fault::FollowingError),
             DriveState::NotReady | DriveState::Disabled | DriveState::Enabling | DriveState::Enabled => None,
         };
         if let Some(fault) = found {

@@ -10,8 +10,9 @@ mod velocity;
 mod window;
 mod word;
 
-pub(crate) use drive::Drive402;
+pub(crate) use drive::{Context, Drive402};
 pub use fault::Fault;
+pub(crate) use limits::of_motor as limits_of;
 pub use state::{Command, State, Transition};
 pub use word::{Controlword, Statusword};
 

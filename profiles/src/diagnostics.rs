@@ -48,7 +48,7 @@ pub struct Report {
     found: Vec<Finding>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Finding {
     offset: usize,
     message: String,
@@ -91,7 +91,9 @@ impl Report {
     }
 
     fn into_diagnostics(mut self, file: &str, text: &str) -> Diagnostics {
-        self.found.sort_by_key(|finding| finding.offset);
+        // An array says the same of each of its members.
+        self.found.sort_unstable();
+        self.found.dedup();
         let mut cursor = Cursor::new(text);
         let diagnostics = self.found.into_iter().map(|finding| {
             cursor.advance(finding.offset);

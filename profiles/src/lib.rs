@@ -8,12 +8,18 @@
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
 
 mod binding;
+mod cia402;
+mod device;
 mod diagnostics;
 mod file;
+mod jvl;
 mod motor;
 mod profile;
+mod slots;
 
 pub use binding::{Binding, UnknownBinding};
+pub use cia402::{Command, Controlword, Fault, Mode, State, Statusword, Transition};
+pub use device::{AxisStatus, Device, DeviceEvent};
 pub use diagnostics::{Diagnostic, Diagnostics, Report, Span, line_and_column};
 pub use file::reader;
 pub use motor::Motor;

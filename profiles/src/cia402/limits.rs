@@ -22,9 +22,11 @@ pub(crate) fn of_motor(motor: &Motor) -> Limits {
 /// Puts the limits of the objects on the axis, never beyond those of the motor.
 pub(crate) fn apply(motor: &Motor, parameters: Parameters<'_>, axis: &mut Axis) {
     let of_motor = of_motor(motor);
-    let speed = parameters.get(Binding::MaxMotorSpeed).map(|rpm| units::from_rpm(rpm, motor.counts_per_revolution));
+    let speed =
+        parameters.get(Binding::MaxMotorSpeed).map(|rpm| units::from_rpm(rpm, motor.counts_per_revolution));
     let profile = parameters.get(Binding::MaxProfileVelocity).map(units::to_velocity);
-    let velocity = [speed, profile].into_iter().flatten().fold(of_motor.velocity.0, |least, v| least.min(v.0));
+    let velocity =
+        [speed, profile].into_iter().flatten().fold(of_motor.velocity.0, |least, v| least.min(v.0));
     let ramp = [Binding::MaxAcceleration, Binding::MaxDeceleration].map(|b| parameters.get(b));
     let ramp = ramp.into_iter().flatten().filter(|v| *v > 0).map(|v| v as f64);
     let acceleration = ramp.fold(of_motor.acceleration.0, f64::min);

@@ -17,7 +17,7 @@ pub(super) fn initial(
     match default.get_ref() {
         Scalar::Text(text) if text.starts_with("$NODEID") => plus_node_id(text, &span, report),
         Scalar::Text(text) if text.starts_with("$MOTOR.") => {
-            let number = motor_datum(text, &span, motor?, report)?;
+            let number = motor_datum(text, &span, report)?(motor?);
             value(data_type, Scalar::Integer(number.into()), &span, report).map(Initial::Value)
         }
         scalar => value(data_type, *scalar, &span, report).map(Initial::Value),
@@ -46,7 +46,7 @@ pub(super) fn range(
         _ => None,
     };
     if range.is_none() {
-        let message = format!("this is no range for a {}", data_type.short_name());
+        let message = format!("this is no range of {}", data_type.short_name());
         report.error(&bounds.span(), message, "write `[smallest, largest]`".to_owned());
     }
     range
@@ -63,7 +63,7 @@ fn value(data_type: DataType, scalar: Scalar<'_>, span: &Span, report: &mut Repo
         Scalar::Bool(_) | Scalar::Text(_) => None,
     };
     if value.is_none() {
-        let message = format!("this is no {} value", data_type.short_name());
+        let message = format!("this is no value of {}", data_type.short_name());
         report.error(span, message, expected(data_type));
     }
     value
@@ -110,11 +110,11 @@ pub(super) fn number(text: &str) -> Option<u32> {
     parsed.ok()
 }
 
-fn motor_datum(text: &str, span: &Span, motor: &Motor, report: &mut Report) -> Option<u32> {
+fn motor_datum(text: &str, span: &Span, report: &mut Report) -> Option<fn(&Motor) -> u32> {
     const KNOWN: [&str; 2] = ["counts_per_revolution", "max_speed_rpm"];
     match text.strip_prefix("$MOTOR.") {
-        Some("counts_per_revolution") => Some(motor.counts_per_revolution),
-        Some("max_speed_rpm") => Some(motor.max_speed_rpm),
+        Some("counts_per_revolution") => Some(|motor| motor.counts_per_revolution),
+        Some("max_speed_rpm") => Some(|motor| motor.max_speed_rpm),
         other => {
             report.unknown(span, "motor datum", other.unwrap_or(text), KNOWN);
             None

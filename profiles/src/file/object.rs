@@ -6,9 +6,9 @@
 
 use std::collections::HashMap;
 
-use od::{Access, Address, DataType, Entry, Initial, Mappable, Object, ObjectKind, Value};
+use od::{Access, Address, DataType, Entry, Initial, Mappable, Object, Value};
 
-use super::reader::{FromToml, Node, Scalar, Spanned, Table};
+use super::reader::{Node, Scalar, Spanned, Table};
 use super::{FIRST_OF_APPLICATION, default};
 use crate::profile::{Bound, Later};
 use crate::{Binding, Motor, Report, Span};
@@ -44,8 +44,8 @@ impl Objects {
         let mut builder = Builder { objects: self, index, motor, members: Vec::new() };
         if is_var {
             builder.add(0, name, &common, &span, table.report);
-            let entries = builder.members;
-            self.push(Object { index, name: name.to_owned(), kind: ObjectKind::Var, entries }, span);
+            let entry = builder.members.pop();
+            entry.into_iter().for_each(|entry| self.push(Object::var(index, entry), span.clone()));
             return table.finish();
         }
         for node in entries.unwrap_or_default() {
@@ -68,7 +68,7 @@ impl Objects {
 
     /// Adds an object that stands at `span`.
     pub(super) fn push(&mut self, object: Object, span: Span) {
-        self.spans.entry(Address::new(object.index, 0)).or_insert(span);
+        self.spans.insert(Address::new(object.index, 0), span);
         self.list.push(object);
     }
 
@@ -108,7 +108,7 @@ fn read_count(node: Node<'_>, entry: &mut Entry, report: &mut Report) {
 
 /// What an object may say for all its members and a member for itself.
 struct Attributes<'d> {
-    data_type: Option<DataType>,
+    data_type: Option<Type>,
     access: Option<Access>,
     pdo: Option<Mappable>,
     range: Option<Spanned<Vec<Scalar<'d>>>>,
@@ -117,6 +117,13 @@ struct Attributes<'d> {
     command: Option<bool>,
     axis: Option<u8>,
     behaviour: Option<Behaviour>,
+}
+
+#[derive(Clone, Copy)]
+enum Type {
+    Known(DataType),
+    /// Something was written that is no type; that is reported.
+    Unknown,
 }
 
 #[derive(Clone)]
@@ -130,7 +137,10 @@ impl<'d> Attributes<'d> {
         const HIGHEST_AXIS: u8 = 7;
         let types = DataType::ALL.iter().map(|t| t.short_name());
         Self {
-            data_type: table.word("type", DataType::from_name, types).map(Spanned::into_inner),
+            data_type: table.has("type").then(|| {
+                let known = table.word("type", DataType::from_name, types);
+                known.map_or(Type::Unknown, |known| Type::Known(known.into_inner()))
+            }),
             access: access(table),
             pdo: mappable(table),
             range: table.get("range"),
@@ -232,9 +242,15 @@ impl Builder<'_, '_> {
     }
 
     fn add(&mut self, sub: u8, name: &str, attributes: &Attributes<'_>, span: &Span, report: &mut Report) {
-        let Some(data_type) = attributes.data_type else {
-            let help = format!("add `type = ` with {}", <&str>::expected());
-            return report.error(span, format!("`type` is missing for `{name}`"), help);
+        let address = Address::new(self.index, sub);
+        self.objects.spans.insert(address, span.clone());
+        let data_type = match attributes.data_type {
+            Some(Type::Known(data_type)) => data_type,
+            Some(Type::Unknown) => return,
+            None => {
+                let help = "add `type = `, such as \"U16\"".to_owned();
+                return report.error(span, format!("`type` is missing for `{name}`"), help);
+            }
         };
         let mut entry = Entry::new(sub, name, data_type, attributes.access.unwrap_or(Access::ReadWrite));
         entry.mappable = attributes.pdo.unwrap_or_default();
@@ -248,8 +264,6 @@ impl Builder<'_, '_> {
         entry.command = attributes.command.unwrap_or(false).then_some(attributes.axis.unwrap_or(0));
         self.members.push(entry);
 
-        let address = Address::new(self.index, sub);
-        self.objects.spans.entry(address).or_insert_with(|| span.clone());
         match &attributes.behaviour {
             Some(Behaviour::Bound(binding)) => {
                 let axis = attributes.axis.unwrap_or(0);

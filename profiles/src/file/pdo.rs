@@ -169,7 +169,10 @@ fn field(
         return dummy.bits().map(|bits| (address, bits));
     }
     let Some(entry) = objects.entry(address) else {
-        report.error(span, format!("there is no entry {address}"), None);
+        // An entry that could not be read is reported already.
+        if !objects.spans.contains_key(&address) {
+            report.error(span, format!("there is no entry {address}"), None);
+        }
         return None;
     };
     let allowed = match kind.direction {
@@ -179,8 +182,8 @@ fn field(
     match entry.data_type.bits() {
         Some(bits) if allowed && address.index >= FIRST_OF_APPLICATION => Some((address, bits)),
         Some(_) | None => {
-            let help = "the entry's `pdo = ` says which PDOs may carry it".to_owned();
-            report.error(span, format!("{address} cannot be mapped into a {}", kind.name), help);
+            let help = "`pdo = ` of the entry says which PDOs may carry it".to_owned();
+            report.error(span, format!("an {} cannot carry {address}", kind.name), help);
             None
         }
     }

@@ -50,8 +50,9 @@ impl<'d> Node<'d> {
     /// The keys of the table, each with the table behind it.
     pub fn tables(&self, report: &mut Report) -> Vec<(Spanned<&'d str>, Self)> {
         let open = |(key, value): (&'d Spanned<_>, _)| {
-            let node = Self::from_toml(value, report)?;
-            Some((name_of(key), node))
+            let name = name_of(key);
+            let node = Self::from_toml(name.get_ref(), value, report)?;
+            Some((name, node))
         };
         self.entries.iter().filter_map(open).collect()
     }
@@ -76,7 +77,7 @@ impl<'d> Table<'_, 'd> {
     /// The value of `key`; `None` if there is none or it has the wrong type, which is reported.
     pub fn get<T: FromToml<'d>>(&mut self, key: &'static str) -> Option<T> {
         self.asked.push(key);
-        T::from_toml(self.node.entries.get(key)?, self.report)
+        T::from_toml(key, self.node.entries.get(key)?, self.report)
     }
 
     /// The value of `key`; `None` if there is none or it has the wrong type, both of which are reported.
@@ -149,18 +150,18 @@ pub trait FromToml<'d>: Sized {
     /// What is expected, with its article.
     fn expected() -> String;
 
-    /// The value; `None` if it is something else, which is reported.
-    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self>;
+    /// The value of `key`; `None` if it is something else, which is reported.
+    fn from_toml(key: &str, value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self>;
 }
 
-fn mismatch<'d, T: FromToml<'d>>(value: &Spanned<DeValue<'_>>, report: &mut Report) -> Option<T> {
-    let message = match value.get_ref() {
-        DeValue::Integer(number) => format!("{number} is not possible here"),
-        DeValue::Float(number) => format!("{number} is not possible here"),
-        DeValue::Array(_) => "an array is not possible here".to_owned(),
-        other => format!("a {} is not possible here", other.type_str()),
+fn mismatch<'d, T: FromToml<'d>>(key: &str, value: &Spanned<DeValue<'_>>, report: &mut Report) -> Option<T> {
+    let found = match value.get_ref() {
+        DeValue::Integer(number) => number.to_string(),
+        DeValue::Float(number) => number.to_string(),
+        DeValue::Array(_) => "an array".to_owned(),
+        other => format!("a {}", other.type_str()),
     };
-    report.error(&value.span(), message, format!("write {}", T::expected()));
+    report.error(&value.span(), format!("`{key}` cannot be {found}"), format!("write {}", T::expected()));
     None
 }
 
@@ -171,10 +172,10 @@ macro_rules! from_integer {
                 format!("an integer from {} to {}", Self::MIN, Self::MAX)
             }
 
-            fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+            fn from_toml(key: &str, value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
                 let number = value.get_ref().as_integer();
                 let number = number.and_then(|n| Self::from_str_radix(n.as_str(), n.radix()).ok());
-                number.or_else(|| mismatch::<Self>(value, report))
+                number.or_else(|| mismatch::<Self>(key, value, report))
             }
         }
     )*};
@@ -187,8 +188,8 @@ impl<'d> FromToml<'d> for bool {
         "true or false".to_owned()
     }
 
-    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
-        value.get_ref().as_bool().or_else(|| mismatch::<Self>(value, report))
+    fn from_toml(key: &str, value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        value.get_ref().as_bool().or_else(|| mismatch::<Self>(key, value, report))
     }
 }
 
@@ -197,8 +198,8 @@ impl<'d> FromToml<'d> for &'d str {
         "a string".to_owned()
     }
 
-    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
-        value.get_ref().as_str().or_else(|| mismatch::<Self>(value, report))
+    fn from_toml(key: &str, value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        value.get_ref().as_str().or_else(|| mismatch::<Self>(key, value, report))
     }
 }
 
@@ -207,12 +208,12 @@ impl<'d> FromToml<'d> for f64 {
         "a number".to_owned()
     }
 
-    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+    fn from_toml(key: &str, value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
         match Scalar::of(value.get_ref()) {
             #[expect(clippy::cast_precision_loss, reason = "a float is what was asked for")]
             Some(Scalar::Integer(number)) => Some(number as Self),
             Some(Scalar::Real(number)) => Some(number),
-            Some(Scalar::Bool(_) | Scalar::Text(_)) | None => mismatch::<Self>(value, report),
+            Some(Scalar::Bool(_) | Scalar::Text(_)) | None => mismatch::<Self>(key, value, report),
         }
     }
 }
@@ -249,8 +250,8 @@ impl<'d> FromToml<'d> for Scalar<'d> {
         "a number, a string, true or false".to_owned()
     }
 
-    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
-        Self::of(value.get_ref()).or_else(|| mismatch::<Self>(value, report))
+    fn from_toml(key: &str, value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        Self::of(value.get_ref()).or_else(|| mismatch::<Self>(key, value, report))
     }
 }
 
@@ -259,11 +260,11 @@ impl<'d> FromToml<'d> for Node<'d> {
         "a table".to_owned()
     }
 
-    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+    fn from_toml(key: &str, value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
         let entries = value.get_ref().as_table();
         entries
             .map(|entries| Self { entries, span: value.span() })
-            .or_else(|| mismatch::<Self>(value, report))
+            .or_else(|| mismatch::<Self>(key, value, report))
     }
 }
 
@@ -272,9 +273,9 @@ impl<'d, T: FromToml<'d>> FromToml<'d> for Vec<T> {
         format!("an array, each element {}", T::expected())
     }
 
-    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
-        let Some(elements) = value.get_ref().as_array() else { return mismatch::<Self>(value, report) };
-        Some(elements.iter().filter_map(|element| T::from_toml(element, report)).collect())
+    fn from_toml(key: &str, value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        let Some(elements) = value.get_ref().as_array() else { return mismatch::<Self>(key, value, report) };
+        Some(elements.iter().filter_map(|element| T::from_toml(key, element, report)).collect())
     }
 }
 
@@ -283,7 +284,7 @@ impl<'d, T: FromToml<'d>> FromToml<'d> for Spanned<T> {
         T::expected()
     }
 
-    fn from_toml(value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
-        T::from_toml(value, report).map(|inner| Self::new(value.span(), inner))
+    fn from_toml(key: &str, value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        T::from_toml(key, value, report).map(|inner| Self::new(value.span(), inner))
     }
 }

@@ -1,0 +1,341 @@
+//! A device: one object dictionary and the axes behind it.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use core::time::Duration;
+
+use axis::{Axis, Period, PlantConfig, Position, ServoConfig, SimulatedServo, Torque, Velocity};
+use od::{AbortCode, Dictionary, Instant, Schema, Slot};
+
+use crate::cia402::{Context, Drive402, Fault, Mode, State, Statusword, units};
+use crate::slots::{Parameters, Slots};
+use crate::{Binding, Dialect, Motor, Profile, jvl};
+
+/// Simulated time that one call of [`Device::advance`] catches up at most.
+const MAX_CATCH_UP: Duration = Duration::from_millis(20);
+
+/// What the buses of a device are to tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DeviceEvent {
+    /// A fault has come.
+    Raised(Fault),
+    /// The fault with this error code is gone.
+    Cleared(u16),
+}
+
+/// One axis of a device, for display.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisStatus {
+    /// State of the drive.
+    pub state: State,
+    /// Mode in effect.
+    pub mode: Mode,
+    /// 0x6041.
+    pub statusword: Statusword,
+    /// Actual position.
+    pub position: Position,
+    /// Actual velocity.
+    pub velocity: Velocity,
+    /// The fault, if any.
+    pub fault: Option<Fault>,
+}
+
+/// A device with its axes. It sees time only as an argument: between calls it has no life of its own.
+pub struct Device {
+    profile: Arc<Profile>,
+    dictionary: Dictionary,
+    /// What every slot is bound to, sorted.
+    bound: Vec<(Slot, u8, Binding)>,
+    units: Vec<Unit>,
+    events: VecDeque<DeviceEvent>,
+    dropped_steps: u64,
+}
+
+/// One axis with its drive and its place in the dictionary.
+struct Unit {
+    slots: Slots,
+    axis: Axis,
+    drive: Drive402,
+    /// When the next raster step is due; none while the axis is off and at rest.
+    next: Option<Instant>,
+    shown_fault: Option<Fault>,
+}
+
+impl Device {
+    /// A device of this profile, powered on at `now`; `node_id` only matters for defaults that depend on it.
+    #[must_use]
+    pub fn new(profile: Arc<Profile>, node_id: u8, now: Instant) -> Self {
+        let schema = Arc::new(guarded(&profile));
+        let mut bound: Vec<_> = profile
+            .bindings
+            .iter()
+            .filter_map(|b| Some((schema.slot(b.address)?, b.axis, b.binding)))
+            .collect();
+        bound.sort_unstable();
+        let units = (0..profile.axes()).map(|axis| Unit::new(&profile, &schema, axis, now)).collect();
+        let dictionary = Dictionary::new(schema, node_id);
+        let mut device =
+            Self { profile, dictionary, bound, units, events: VecDeque::new(), dropped_steps: 0 };
+        device.reset(now);
+        device
+    }
+
+    /// What kind of device it is.
+    #[must_use]
+    pub fn profile(&self) -> &Arc<Profile> {
+        &self.profile
+    }
+
+    /// The objects from 0x2000 on.
+    #[must_use]
+    pub fn dictionary(&self) -> &Dictionary {
+        &self.dictionary
+    }
+
+    /// The objects from 0x2000 on, for a bus to write through the gate; [`Device::apply`] acts on it.
+    pub fn dictionary_mut(&mut self) -> &mut Dictionary {
+        &mut self.dictionary
+    }
+
+    /// Acts on what buses have written. Parameters act before the controlword of the same batch.
+    pub fn apply(&mut self, now: Instant) {
+        let mut commanded = 0_u8;
+        let mut changed = 0_u8;
+        while let Some(slot) = self.dictionary.take_written() {
+            let Ok(position) = self.bound.binary_search_by_key(&slot, |(bound, ..)| *bound) else { continue };
+            let Some((_, axis, binding)) = self.bound.get(position) else { continue };
+            let mask = 1_u8.checked_shl(u32::from(*axis)).unwrap_or(0);
+            match binding {
+                Binding::Controlword => commanded |= mask,
+                _ => changed |= mask,
+            }
+        }
+        if commanded | changed == 0 {
+            return;
+        }
+        for (number, unit) in (0_u32..).zip(&mut self.units) {
+            let is_in = |mask: u8| mask >> number & 1 == 1;
+            let mut context =
+                unit_context(&self.dictionary, &self.profile.motor, &unit.slots, &mut unit.axis);
+            if is_in(changed) {
+                unit.drive.handle_parameters(&mut context);
+            }
+            if is_in(commanded) {
+                unit.drive.handle_controlword(&mut context);
+            }
+            unit.wake(now);
+        }
+        self.publish();
+    }
+
+    /// Runs the raster steps that are due at `now`. An axis that is further behind than 20 ms loses the rest.
+    pub fn advance(&mut self, now: Instant) {
+        let mut has_stepped = false;
+        for unit in &mut self.units {
+            let period = Duration::from_nanos(unit.axis.period().nanos());
+            let mut simulated = Duration::ZERO;
+            while let Some(due) = unit.next.filter(|due| *due <= now) {
+                if simulated > MAX_CATCH_UP {
+                    self.dropped_steps +=
+                        now.saturating_since(due).as_nanos() as u64 / unit.axis.period().nanos() + 1;
+                    unit.next = Some(now + period);
+                    break;
+                }
+                simulated += period;
+                unit.axis.step();
+                let mut context =
+                    unit_context(&self.dictionary, &self.profile.motor, &unit.slots, &mut unit.axis);
+                unit.drive.step(&mut context);
+                unit.next = (!unit.axis.is_quiet()).then(|| due + period);
+                has_stepped = true;
+            }
+        }
+        if has_stepped {
+            self.publish();
+        }
+    }
+
+    /// When [`Device::advance`] is due next; none while all axes are off and at rest.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        self.units.iter().filter_map(|u| u.next).min()
+    }
+
+    /// The next thing to tell.
+    pub fn poll_event(&mut self) -> Option<DeviceEvent> {
+        self.events.pop_front()
+    }
+
+    /// Back to power-on, as NMT reset node demands: default values, power off. The axes keep their places and
+    /// coast.
+    pub fn reset(&mut self, now: Instant) {
+        self.dictionary.reset();
+        self.events.clear();
+        for unit in &mut self.units {
+            unit.reset(&self.profile);
+            let mut context =
+                unit_context(&self.dictionary, &self.profile.motor, &unit.slots, &mut unit.axis);
+            unit.drive.handle_parameters(&mut context);
+            unit.wake(now);
+        }
+        self.publish();
+    }
+
+    /// Ramps every axis down and switches it off; no command is obeyed any more. Done when
+    /// [`Device::is_quiet`].
+    pub fn shut_down(&mut self, now: Instant) {
+        for unit in &mut self.units {
+            let mut context =
+                unit_context(&self.dictionary, &self.profile.motor, &unit.slots, &mut unit.axis);
+            unit.drive.shut_down(&mut context);
+            unit.wake(now);
+        }
+        self.publish();
+    }
+
+    /// Whether all axes are off and at rest.
+    #[must_use]
+    pub fn is_quiet(&self) -> bool {
+        self.units.iter().all(|u| u.axis.is_quiet())
+    }
+
+    /// Raster steps that were lost because the device was called too late.
+    #[must_use]
+    pub fn dropped_steps(&self) -> u64 {
+        self.dropped_steps
+    }
+
+    /// The axes, for display.
+    pub fn axes(&self) -> impl Iterator<Item = AxisStatus> {
+        self.units.iter().map(|unit| {
+            let parameters = Parameters { dictionary: &self.dictionary, slots: &unit.slots };
+            AxisStatus {
+                state: unit.drive.state(),
+                mode: unit.drive.mode(),
+                statusword: unit.drive.statusword(parameters, &unit.axis),
+                position: unit.axis.status().actual.position,
+                velocity: unit.axis.status().actual.velocity,
+                fault: unit.drive.fault(),
+            }
+        })
+    }
+
+    fn publish(&mut self) {
+        for unit in &mut self.units {
+            unit.publish(&mut self.dictionary, self.profile.dialect);
+            let fault = unit.drive.fault();
+            let shown = core::mem::replace(&mut unit.shown_fault, fault);
+            if shown != fault {
+                self.events.extend(shown.map(|f| DeviceEvent::Cleared(f.code)));
+                self.events.extend(fault.map(DeviceEvent::Raised));
+            }
+        }
+    }
+}
+
+fn unit_context<'a>(
+    dictionary: &'a Dictionary,
+    motor: &'a Motor,
+    slots: &'a Slots,
+    axis: &'a mut Axis,
+) -> Context<'a> {
+    Context { parameters: Parameters { dictionary, slots }, axis, motor }
+}
+
+impl Unit {
+    fn new(profile: &Profile, schema: &Schema, axis: u8, now: Instant) -> Self {
+        let motor = &profile.motor;
+        let period = Period::from_nanos(motor.raster_ns).unwrap_or(Period::MILLISECOND);
+        let drive = SimulatedServo::new(period, servo(motor));
+        Self {
+            slots: Slots::new(schema, &profile.bindings, axis),
+            axis: Axis::new(period, crate::cia402::limits_of(motor), Box::new(drive)),
+            drive: Drive402::new(profile.dialect),
+            next: Some(now + Duration::from_nanos(period.nanos())),
+            shown_fault: None,
+        }
+    }
+
+    /// Schedules the next step if the axis may do anything.
+    fn wake(&mut self, now: Instant) {
+        if self.next.is_none() && !self.axis.is_quiet() {
+            self.next = Some(now + Duration::from_nanos(self.axis.period().nanos()));
+        }
+    }
+
+    fn reset(&mut self, profile: &Profile) {
+        self.axis.power_off();
+        self.axis.reset_fault();
+        self.drive = Drive402::new(profile.dialect);
+        self.shown_fault = None;
+    }
+
+    /// Shows the state of the axis in the dictionary.
+    fn publish(&self, dictionary: &mut Dictionary, dialect: Dialect) {
+        let status = self.axis.status();
+        let parameters = Parameters { dictionary, slots: &self.slots };
+        let statusword = self.drive.statusword(parameters, &self.axis);
+        let position = units::from_position(status.actual.position);
+        let velocity = units::from_velocity(status.actual.velocity);
+        let mut show = |binding, value| self.slots.show(dictionary, binding, value);
+        show(Binding::Statusword, i64::from(statusword.bits()));
+        show(Binding::ModesOfOperationDisplay, self.drive.mode() as i64);
+        show(Binding::ErrorCode, self.drive.fault().map_or(0, |f| i64::from(f.code)));
+        show(Binding::PositionDemand, units::from_position(status.demand.position));
+        show(Binding::PositionActual, position);
+        show(Binding::FollowingErrorActual, units::from_position(status.following_error));
+        show(Binding::VelocityDemand, units::from_velocity(status.demand.velocity));
+        show(Binding::VelocitySensorActual, velocity);
+        show(Binding::VelocityActual, velocity);
+        show(Binding::TorqueActual, units::from_torque(status.actual.torque));
+        show(Binding::DigitalInputs, digital_inputs(status.switches));
+        if dialect == Dialect::Jvl {
+            let motor_status = jvl::motor_status(self.drive.state(), statusword, status);
+            show(Binding::JvlMotorStatus, i64::from(motor_status.bits()));
+            show(Binding::JvlInputs, i64::from(jvl::inputs(status.switches)));
+            show(Binding::JvlPIst, position);
+            show(
+                Binding::JvlVIst,
+                units::from_velocity(per_sample(status.actual.velocity, self.axis.period())),
+            );
+        }
+    }
+}
+
+/// Counts per raster step, the motor's own unit of velocity.
+fn per_sample(velocity: Velocity, period: Period) -> Velocity {
+    Velocity(velocity.0 * period.seconds())
+}
+
+/// 0x60FD (IEC 61800-7-201): negative limit, positive limit and home switch in bits 0-2.
+fn digital_inputs(switches: axis::Switches) -> i64 {
+    i64::from(switches.negative_limit)
+        | i64::from(switches.positive_limit) << 1
+        | i64::from(switches.home) << 2
+}
+
+/// The simulated drive of a motor: a load as heavy as the rotor.
+fn servo(motor: &Motor) -> ServoConfig {
+    let plant = PlantConfig {
+        counts_per_revolution: motor.counts_per_revolution,
+        rated_torque_nm: motor.rated_torque_nm,
+        peak_torque: Torque(1000.0 * motor.peak_torque_factor),
+        motor_inertia_kgm2: motor.rotor_inertia_kg_m2,
+        load_inertia_kgm2: motor.rotor_inertia_kg_m2,
+        ..PlantConfig::default()
+    };
+    ServoConfig { plant, ..ServoConfig::default() }
+}
+
+/// The application objects with the device's own objections: a mode that the drive does not have is refused.
+fn guarded(profile: &Profile) -> Schema {
+    let mut schema = (*profile.application).clone();
+    for bound in profile.bindings.iter().filter(|b| b.binding == Binding::ModesOfOperation) {
+        schema.set_veto(bound.address, |_, _, raw| {
+            let code = i64::from(raw as u8 as i8);
+            Mode::from_code(code).map(|_| ()).ok_or(AbortCode::InvalidValue)
+        });
+    }
+    schema
+}

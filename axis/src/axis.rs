@@ -2,7 +2,7 @@
 
 use crate::drive::{Command, Drive, DriveState, Feedback};
 use crate::generator::{Generator, Goal};
-use crate::limits::Limits;
+use crate::limits::{Limits, PositionRange};
 use crate::profile::{Profile, SetPoint};
 use crate::status::{Actual, Fault, Motion, Status};
 use crate::units::{Acceleration, Period, Position, Torque, Velocity};
@@ -83,9 +83,9 @@ impl Axis {
     }
 
     /// Calls the present actual position `position`. Nothing moves: demand, target and index get the same
-    /// offset, only the position limits keep their numbers. What is not finite is ignored.
+    /// offset, only the position limits keep their numbers. What is not within ±2^53 counts is ignored.
     pub fn set_position(&mut self, position: Position) {
-        if !position.0.is_finite() {
+        if !PositionRange::EXACT.contains(position) {
             return;
         }
         let by = position - self.status.actual.position;

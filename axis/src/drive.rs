@@ -29,7 +29,7 @@ pub struct Command {
     pub reset_fault: bool,
 }
 
-/// What the drive reports at the end of a raster period.
+/// What the drive reports at the end of a raster period; every number is finite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Feedback {
     /// When the sample was taken, in raster steps since the drive started.

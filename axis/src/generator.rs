@@ -10,8 +10,8 @@ use crate::limits::{Limits, PositionRange};
 use crate::profile::{Profile, SetPoint};
 use crate::units::{Acceleration, Period, Position, Velocity};
 
-/// Braking may be this much harder than planned, to make up for rounding.
-const ROUNDING: f64 = 1e-9;
+/// Share of the braking rate that planning leaves unused, to make up for rounding.
+const RESERVE: f64 = 1e-9;
 
 const STANDSTILL: Velocity = Velocity(0.0);
 
@@ -182,7 +182,7 @@ impl Generator {
         } else {
             ramps.up * (1.0 + speed / ramps.down)
         };
-        let lowest = speed - ramps.down * (1.0 + ROUNDING);
+        let lowest = speed - ramps.down;
         Velocity(wish.direction * wish.speed.min(highest).max(lowest))
     }
 
@@ -199,12 +199,13 @@ impl Generator {
         let most = self.limits.acceleration.0 * self.period;
         let rate = self.required(velocity, room).min(most).max(down);
         let highest = self.stoppable(velocity, room, rate);
-        wanted.min(highest.max(velocity - rate * (1.0 + ROUNDING)))
+        wanted.min(highest.max(velocity - rate))
     }
 
     /// The highest speed after this step, coming from `speed`, from which braking by `rate` a step stops
     /// within `room`; zero when there is none.
     fn stoppable(&self, speed: f64, room: f64, rate: f64) -> f64 {
+        let rate = rate * (1.0 - RESERVE);
         let way = room / self.period - speed / 2.0;
         if way <= 0.0 {
             return 0.0;

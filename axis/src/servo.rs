@@ -94,7 +94,7 @@ impl SimulatedServo {
     }
 
     fn drive(&mut self, set_point: &SetPoint, limit: Torque) {
-        for left in (0..self.inner_steps).rev() {
+        for left in (1..=self.inner_steps).rev() {
             let target = earlier(set_point, f64::from(left) * self.inner_seconds);
             self.torque = self.controller.torque(&self.plant, &target, limit, self.inner_seconds);
             self.plant.step(self.torque, self.inner_seconds);
@@ -166,7 +166,7 @@ impl Controller {
         let slip = wanted - plant.velocity().0;
         let integral = self.integral + Self::INTEGRAL_GAIN * slip * seconds;
         let acceleration = target.acceleration.0 + Self::VELOCITY_GAIN * slip + integral;
-        let torque = plant.torque_for(acceleration, target.velocity.0);
+        let torque = plant.torque_for(acceleration, wanted);
         if torque.abs() <= limit {
             self.integral = integral;
         }

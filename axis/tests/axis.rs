@@ -48,7 +48,7 @@ fn a_move_follows_closely_and_ends_on_the_count() {
             worst = worst.max(axis.status().following_error.0.abs());
         }
         let rest = run(&mut axis, 500);
-        assert!(worst <= 60.0, "{nanos}: {worst}");
+        assert!(worst <= 2.0, "{nanos}: {worst}");
         assert_eq!(rest.demand.position, Position(50_000.0));
         assert!(rest.following_error.abs() <= Position(1.0), "{nanos}: {rest:?}");
         assert_eq!((rest.actual.velocity, rest.motion), (Velocity(0.0), Motion::Standstill));
@@ -130,10 +130,10 @@ fn power_comes_back_on_the_fly_without_a_jump() {
     let caught = run(&mut axis, 11);
     assert_eq!((caught.drive, caught.motion), (DriveState::Enabled, Motion::Constant));
     assert_eq!(caught.demand.position, caught.actual.position);
-    assert!(caught.demand.velocity > Velocity(200_000.0));
+    assert!(caught.demand.velocity > Velocity(150_000.0));
     for _ in 0..500 {
         axis.step();
-        assert!(axis.status().following_error.abs() <= Position(60.0), "{:?}", axis.status());
+        assert!(axis.status().following_error.abs() <= Position(5.0), "{:?}", axis.status());
     }
     assert_eq!(axis.status().motion, Motion::Standstill);
 }
@@ -194,6 +194,28 @@ fn switches_are_reported_where_the_plant_has_them() {
     assert!(!run(&mut axis, 500).switches.positive_limit);
     axis.move_to(Position(3010.0), PROFILE);
     assert!(run(&mut axis, 500).switches.positive_limit);
+}
+
+#[test]
+fn numbers_that_make_no_sense_leave_the_axis_sane() {
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN] {
+        let mut axis = enabled();
+        let (velocity, acceleration) = (Velocity(value), Acceleration(value));
+        let profile = Profile { velocity, acceleration, deceleration: acceleration };
+        axis.set_torque_limit(Torque(value));
+        axis.set_following_error_limit(Some(Position(value)));
+        axis.set_position(Position(value));
+        axis.move_to(Position(value), profile);
+        run(&mut axis, 20);
+        axis.run_at(velocity, profile);
+        run(&mut axis, 20);
+        axis.stop(acceleration);
+        axis.set_limits(Limits { velocity, acceleration, torque: Torque(value), position: None });
+        let Status { demand, actual, following_error, fault, .. } = run(&mut axis, 20);
+        let numbers = [demand.position.0, demand.velocity.0, actual.position.0, following_error.0];
+        assert!(numbers.into_iter().all(f64::is_finite), "{value}: {numbers:?}");
+        assert_eq!(fault, None);
+    }
 }
 
 /// A drive that says what it was told to say, then repeats the last.
@@ -317,7 +339,7 @@ fn check(axis: &Axis, (low, high): (f64, f64)) -> Result<(), TestCaseError> {
     let (position, velocity) = (status.demand.position.0, status.demand.velocity.0);
     prop_assert!(position.is_finite() && status.actual.position.0.is_finite());
     prop_assert!(velocity.abs() <= limits.velocity.0 * (1.0 + 1e-9));
-    prop_assert!(status.demand.acceleration.0.abs() <= limits.acceleration.0 * (1.0 + 1e-6));
+    prop_assert!(status.demand.acceleration.0.abs() <= limits.acceleration.0 * (1.0 + 1e-9));
     prop_assert!(position >= low - 1e-6 && position <= high + 1e-6, "{low} {position} {high}");
     Ok(())
 }

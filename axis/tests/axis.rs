@@ -363,8 +363,9 @@ proptest! {
                 bounds = reach(&axis);
             }
             for _ in 0..steps {
+                let was_off = axis.status().motion == Motion::Off;
                 axis.step();
-                if axis.status().motion == Motion::Off {
+                if was_off || axis.status().motion == Motion::Off {
                     bounds = reach(&axis);
                 }
                 check(&axis, bounds)?;

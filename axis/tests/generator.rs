@@ -215,6 +215,22 @@ proptest! {
     }
 
     #[test]
+    fn a_move_within_the_limits_is_not_limited_by_them(
+        period in periods(),
+        profile in brisk(),
+        min in -1500.0..0.0_f64,
+        max in 0.0..1500.0_f64,
+        share in prop_oneof![0.0..=1.0_f64, Just(0.0), Just(1.0)],
+    ) {
+        let target = if share < 1.0 { min + share * (max - min) } else { max };
+        let mut generator = Generator::new(period, limited_to(min, max));
+        generator.command(Goal::MoveTo(Position(target)), profile);
+        finish(&mut generator);
+        prop_assert_eq!(generator.set_point().position, Position(target));
+        prop_assert!(!generator.is_limited());
+    }
+
+    #[test]
     fn numbers_that_make_no_sense_give_sane_set_points(
         values in prop::array::uniform8(anything()),
         select in 0..3_u8,

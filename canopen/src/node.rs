@@ -394,10 +394,10 @@ impl Node {
         self.notify(Event::Subscriptions);
     }
 
+    /// Of equal events that nobody took yet the last one counts, so the last NMT state is the present one.
     fn notify(&mut self, event: Event) {
-        if !self.events.contains(&event) {
-            self.events.push_back(event);
-        }
+        self.events.retain(|waiting| *waiting != event);
+        self.events.push_back(event);
     }
 
     fn send(&mut self, frame: Frame) {

@@ -361,6 +361,7 @@ impl Node {
             return;
         }
         self.state = state;
+        self.is_synced = false;
         self.pdos.restart(now);
         if state == NmtState::Stopped {
             self.sdo.reset();

@@ -16,6 +16,7 @@
 
 mod cob_id;
 mod communication;
+mod deadline;
 mod emcy;
 mod frame;
 mod nmt;

@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use crate::cob_id::{NMT, NMT_ERROR_CONTROL, SDO_RECEIVE, SDO_TRANSMIT};
 use crate::communication::{self as objects, Objects, parameter};
+use crate::deadline;
 use crate::emcy::Producer;
 use crate::pdo::{Occasion, Pdos, Reception, Tpdo};
 use crate::rules;
@@ -176,8 +177,7 @@ impl Node {
         }
         if let Some(deadline) = self.heartbeat.filter(|deadline| *deadline <= now) {
             self.send(Frame::new(self.error_control(), &[self.state as u8]));
-            let next = deadline + self.heartbeat_period();
-            self.heartbeat = Some(next.max(now));
+            self.heartbeat = Some(deadline::following(deadline, self.heartbeat_period(), now));
         }
     }
 

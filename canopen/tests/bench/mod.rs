@@ -1,0 +1,191 @@
+//! One node with the test device on virtual time, talked to as with `cansend` and `candump`.
+#![allow(dead_code, reason = "every test file uses a part of it")]
+
+pub(crate) mod device;
+
+use std::sync::Arc;
+
+use core::time::Duration;
+
+use canopen::{Event, Frame, Id, Node};
+use od::{Address, DataType, Dictionary, Instant};
+
+/// A node with Node-ID 1.
+pub(crate) struct Bench {
+    pub(crate) node: Node,
+    pub(crate) device: Dictionary,
+    pub(crate) now: Instant,
+}
+
+impl Bench {
+    /// A node that is not powered yet.
+    pub(crate) fn off() -> Self {
+        let application = device::application();
+        let node = Node::new(1, 0, Arc::new(device::communication()), &application).unwrap();
+        Self { node, device: Dictionary::new(Arc::new(application), 1), now: Instant::ZERO }
+    }
+
+    /// A node in PRE-OPERATIONAL whose boot-up message is gone.
+    pub(crate) fn new() -> Self {
+        let mut bench = Self::off();
+        bench.node.start(bench.now, &bench.device);
+        bench.settle();
+        bench
+    }
+
+    /// A node in OPERATIONAL that has sent its event-driven TPDO.
+    pub(crate) fn operational() -> Self {
+        let mut bench = Self::new();
+        bench.send("000#0101");
+        bench
+    }
+
+    /// Runs a dialogue and compares it with what really happens. Lines are
+    ///
+    /// * `> 601#4000100000000000`: this frame comes from the bus;
+    /// * `+ 10ms`: time passes (`us`, `ms`, `s`), with every deadline in it;
+    /// * `= 6000:01 2A`: the device shows this value;
+    /// * `< 581#4300100092010200`: the node sends this. Every frame must be there, in this order.
+    ///
+    /// Frames that the node owes from before come first. Behind `//` is a comment.
+    pub(crate) fn talk(&mut self, script: &str) {
+        let lines = script.lines().map(|line| line.split("//").next().unwrap_or_default().trim());
+        let expected: Vec<&str> = lines.filter(|line| !line.is_empty()).collect();
+        let mut actual: Vec<String> = answers(self.settle());
+        for line in expected.iter().filter(|line| !line.starts_with('<')) {
+            actual.push((*line).into());
+            actual.extend(answers(self.run(line)));
+        }
+        assert_eq!(actual, expected, "what happened (left) is not what was expected (right)");
+    }
+
+    fn run(&mut self, line: &str) -> Vec<Frame> {
+        match line.split_once(' ').expect("a command and its operand") {
+            (">", frame) => self.handle(&frame_of(frame)),
+            ("+", time) => self.pass(duration(time)),
+            ("=", what) => {
+                let (address, value) = what.split_once(' ').expect("an address and a value");
+                self.show(address, u64::from_str_radix(value, 16).unwrap());
+                self.settle()
+            }
+            _ => panic!("unknown command: {line}"),
+        }
+    }
+
+    /// Takes a frame given as `601#4000100000000000`; gives what the node sends then.
+    pub(crate) fn send(&mut self, frame: &str) -> Vec<Frame> {
+        self.handle(&frame_of(frame))
+    }
+
+    /// Takes a frame; gives what the node sends then.
+    pub(crate) fn handle(&mut self, frame: &Frame) -> Vec<Frame> {
+        self.node.handle_frame(self.now, frame, &mut self.device);
+        self.settle()
+    }
+
+    /// Lets the node catch up with the device; gives what it sends then.
+    pub(crate) fn settle(&mut self) -> Vec<Frame> {
+        while self.device.take_written().is_some() {}
+        self.node.sample(self.now, &self.device);
+        core::iter::from_fn(|| self.node.poll_transmit()).collect()
+    }
+
+    /// Lets time pass and serves every deadline in it; gives what the node sends then.
+    pub(crate) fn pass(&mut self, time: Duration) -> Vec<Frame> {
+        let end = self.now + time;
+        let mut sent = Vec::new();
+        while let Some(deadline) = self.node.poll_timeout().filter(|deadline| *deadline <= end) {
+            self.now = self.now.max(deadline);
+            self.node.handle_timeout(self.now);
+            sent.extend(self.settle());
+            let is_past = self.node.poll_timeout().is_some_and(|next| next <= self.now);
+            assert!(!is_past, "the node asks for a time that is not to come");
+        }
+        self.now = end;
+        sent
+    }
+
+    /// The events since the last call.
+    pub(crate) fn events(&mut self) -> Vec<Event> {
+        core::iter::from_fn(|| self.node.poll_event()).collect()
+    }
+
+    /// The device shows `value` at `address`, given as `6000:01`.
+    pub(crate) fn show(&mut self, address: &str, value: u64) {
+        let slot = self.device.find(address_of(address)).unwrap();
+        self.device.set(slot, value);
+    }
+
+    /// What the device has at `address`.
+    pub(crate) fn value(&self, address: &str) -> u64 {
+        self.device.raw(self.device.find(address_of(address)).unwrap())
+    }
+
+    /// Writes a communication parameter by SDO and expects that to succeed; gives what the node sends beside.
+    pub(crate) fn configure(&mut self, address: &str, value: u32) -> Vec<Frame> {
+        let Address { index, sub } = address_of(address);
+        let schema = self.node.communication().schema();
+        let entry = schema.slot(Address::new(index, sub)).and_then(|slot| schema.entry(slot)).unwrap();
+        let command = match entry.data_type {
+            DataType::Unsigned8 => 0x2F,
+            DataType::Unsigned16 => 0x2B,
+            _ => 0x23,
+        };
+        let [low, high] = index.to_le_bytes();
+        let [a, b, c, d] = value.to_le_bytes();
+        let request = Frame::new(Id::Standard(0x601), &[command, low, high, sub, a, b, c, d]);
+        let mut sent = self.handle(&request);
+        let answer = Frame::new(Id::Standard(0x581), &[0x60, low, high, sub, 0, 0, 0, 0]);
+        assert_eq!(sent.first(), Some(&answer), "{request} is answered by {sent:?}");
+        sent.remove(0);
+        sent
+    }
+
+    /// Gives a PDO a new mapping and transmission type by the procedure of CiA 301 v4.2, section 7.5.2.36, and makes
+    /// it valid; `number` is the index of its communication record. Gives what the node sends beside.
+    pub(crate) fn map(&mut self, number: u16, cob_id: u32, transmission: u8, mapped: &[u32]) -> Vec<Frame> {
+        let mapping = number + 0x200;
+        let mut sent = self.configure(&format!("{number:04X}:01"), cob_id | 1 << 31);
+        sent.extend(self.configure(&format!("{number:04X}:02"), transmission.into()));
+        sent.extend(self.configure(&format!("{mapping:04X}:00"), 0));
+        for (sub, parameter) in (1..).zip(mapped) {
+            sent.extend(self.configure(&format!("{mapping:04X}:{sub:02X}"), *parameter));
+        }
+        sent.extend(self.configure(&format!("{mapping:04X}:00"), mapped.len() as u32));
+        sent.extend(self.configure(&format!("{number:04X}:01"), cob_id));
+        sent
+    }
+}
+
+fn answers(frames: Vec<Frame>) -> Vec<String> {
+    frames.into_iter().map(|frame| format!("< {frame}")).collect()
+}
+
+/// The frame written as `601#4000100000000000`, `181#R` or `00000181#` (29 bits).
+pub(crate) fn frame_of(text: &str) -> Frame {
+    let (id, data) = text.split_once('#').expect("ID#DATA");
+    let number = u32::from_str_radix(id, 16).unwrap();
+    let id = if id.len() == 8 { Id::Extended(number) } else { Id::Standard(number as u16) };
+    if let Some(len) = data.strip_prefix('R') {
+        return Frame::remote(id, len.parse().unwrap_or(0));
+    }
+    let bytes: Vec<u8> =
+        (0..data.len()).step_by(2).map(|i| u8::from_str_radix(&data[i..i + 2], 16).unwrap()).collect();
+    Frame::new(id, &bytes)
+}
+
+fn address_of(text: &str) -> Address {
+    let (index, sub) = text.split_once(':').expect("INDEX:SUB");
+    Address::new(u16::from_str_radix(index, 16).unwrap(), u8::from_str_radix(sub, 16).unwrap())
+}
+
+fn duration(text: &str) -> Duration {
+    let unit = text.find(|c: char| !c.is_ascii_digit()).expect("a unit");
+    let count = text[..unit].parse().unwrap();
+    match &text[unit..] {
+        "us" => Duration::from_micros(count),
+        "ms" => Duration::from_millis(count),
+        "s" => Duration::from_secs(count),
+        other => panic!("unknown unit: {other}"),
+    }
+}

@@ -315,7 +315,7 @@ fn digital_inputs(switches: axis::Switches) -> i64 {
         | i64::from(switches.home) << 2
 }
 
-/// The simulated drive of a motor: a load as heavy as the rotor.
+/// The simulated drive of a motor: a load as heavy as the rotor, friction of a hundredth of the rated torque.
 fn servo(motor: &Motor) -> ServoConfig {
     let plant = PlantConfig {
         counts_per_revolution: motor.counts_per_revolution,
@@ -323,6 +323,8 @@ fn servo(motor: &Motor) -> ServoConfig {
         peak_torque: Torque(1000.0 * motor.peak_torque_factor),
         motor_inertia_kgm2: motor.rotor_inertia_kg_m2,
         load_inertia_kgm2: motor.rotor_inertia_kg_m2,
+        coulomb_friction_nm: motor.rated_torque_nm / 100.0,
+        viscous_friction_nms: motor.rated_torque_nm / 100_000.0,
         ..PlantConfig::default()
     };
     ServoConfig { plant, ..ServoConfig::default() }

@@ -20,6 +20,6 @@ impl Window {
     /// Whether the value has been inside for `millis` at a raster of `period_nanos`, and for one step at least.
     pub(crate) fn is_reached(self, millis: i64, period_nanos: u64) -> bool {
         let elapsed = u128::from(self.inside) * u128::from(period_nanos);
-        self.inside > 0 && elapsed >= millis.max(0).unsigned_abs() as u128 * 1_000_000
+        self.inside > 0 && elapsed >= u128::from(millis.max(0).unsigned_abs()) * 1_000_000
     }
 }

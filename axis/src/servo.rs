@@ -186,6 +186,7 @@ fn earlier(set_point: &SetPoint, seconds: f64) -> SetPoint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::PositionRange;
     use crate::units::{Position, Velocity};
 
     fn servo(plant: PlantConfig) -> SimulatedServo {
@@ -229,6 +230,15 @@ mod tests {
         for _ in 0..200 {
             assert!(servo.step(&command).torque.abs() <= Torque(50.0));
         }
+    }
+
+    #[test]
+    fn pushing_against_a_stop_winds_nothing_up() {
+        let stops = PositionRange::new(Position(-1000.0), Position(1000.0));
+        let mut servo = servo(PlantConfig { stops, ..PlantConfig::default() });
+        assert_eq!(settle(&mut servo, 3000.0).position, Position(1000.0));
+        let back = (0..100).map(|_| servo.step(&on(900.0))).last().unwrap_or_default();
+        assert!((back.position.0 - 900.0).abs() <= 1.0, "{back:?}");
     }
 
     #[test]

@@ -17,8 +17,8 @@ pub(crate) enum Request {
     UploadSegment { toggle: bool },
     /// The client ends the transfer.
     Abort,
-    /// Anything else.
-    Unknown,
+    /// Anything else; `address` is what would be one in most of them.
+    Unknown { address: Address },
 }
 
 impl Request {
@@ -46,7 +46,7 @@ impl Request {
             2 => Self::UploadInitiate { address },
             3 => Self::UploadSegment { toggle },
             4 => Self::Abort,
-            _ => Self::Unknown,
+            _ => Self::Unknown { address },
         }
     }
 }
@@ -123,7 +123,7 @@ mod tests {
             ),
             ([0x70, 0, 0, 0, 0, 0, 0, 0], Request::UploadSegment { toggle: true }),
             ([0x80, 0, 0, 0, 0, 0, 0, 0], Request::Abort),
-            ([0xE0, 0, 0, 0, 0, 0, 0, 0], Request::Unknown),
+            ([0xE0, 0x17, 0x10, 0, 0, 0, 0, 0], Request::Unknown { address }),
         ];
         for (message, request) in cases {
             assert_eq!(Request::decode(message), request, "{message:02X?}");

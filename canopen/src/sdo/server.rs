@@ -91,10 +91,10 @@ impl Server {
             Request::DownloadExpedited { address, .. }
             | Request::DownloadInitiate { address, .. }
             | Request::UploadInitiate { address } => address,
-            Request::DownloadSegment { .. }
-            | Request::UploadSegment { .. }
-            | Request::Abort
-            | Request::Unknown => self.address().unwrap_or(Address::new(0, 0)),
+            Request::Unknown { address } => self.address().unwrap_or(address),
+            Request::DownloadSegment { .. } | Request::UploadSegment { .. } | Request::Abort => {
+                self.address().unwrap_or(Address::new(0, 0))
+            }
         };
         let step = self.serve(request, objects);
         match step {
@@ -121,7 +121,7 @@ impl Server {
                 self.reset();
                 Ok(Step::Silent)
             }
-            Request::Unknown => Err(AbortCode::UnknownCommand),
+            Request::Unknown { .. } => Err(AbortCode::UnknownCommand),
         }
     }
 

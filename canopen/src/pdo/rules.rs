@@ -1,6 +1,6 @@
 //! What a bus may change of a PDO's parameters, and when (CiA 301 v4.2, sections 7.5.2.35-38).
 
-use od::{AbortCode, Dictionary, Mapping, Schema};
+use od::{AbortCode, Address, Dictionary, Mapping, Schema};
 
 use super::parameters::{Parameters, Transmission};
 use crate::CobId;
@@ -53,5 +53,13 @@ pub(crate) fn check_mapping(
     if parameters.count(communication) != 0 {
         return Err(AbortCode::UnsupportedAccess);
     }
-    if raw == 0 { Ok(()) } else { Mapping::field(application, parameters.direction, raw as u32).map(|_| ()) }
+    if raw == 0 {
+        return Ok(());
+    }
+    let [_, mapped_sub, low, high] = (raw as u32).to_le_bytes();
+    let mapped = Address::new(u16::from_le_bytes([low, high]), mapped_sub);
+    match Mapping::field(application, parameters.direction, raw as u32) {
+        Err(AbortCode::NoObject) if communication.find(mapped).is_ok() => Err(AbortCode::NotMappable),
+        result => result.map(|_| ()),
+    }
 }

@@ -69,12 +69,15 @@ impl Report {
         word: &str,
         known: impl IntoIterator<Item = &'k str>,
     ) {
+        const SHORT_LIST: usize = 8;
         const LONGEST_LIST: usize = 20;
         let known: Vec<&str> = known.into_iter().collect();
+        let list = known.join(", ");
         let help = match nearest(word, &known) {
-            Some(near) => Some(format!("did you mean `{near}`?")),
+            Some(near) if known.len() > SHORT_LIST => Some(format!("did you mean `{near}`?")),
+            Some(near) => Some(format!("did you mean `{near}`? known: {list}")),
             None if known.is_empty() || known.len() > LONGEST_LIST => None,
-            None => Some(format!("known: {}", known.join(", "))),
+            None => Some(format!("known: {list}")),
         };
         self.error(span, format!("unknown {what} `{word}`"), help);
     }
@@ -120,9 +123,13 @@ pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
 /// The known word that `word` was most likely meant to be: a third of its letters may be wrong.
 fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
     const LONGEST_WORD: usize = 64;
+    if word.len() > LONGEST_WORD {
+        return None;
+    }
     let tolerated = (word.len() / 3).max(1);
-    let near = known.iter().map(|k| (distance(word, k), *k)).min_by_key(|(distance, _)| *distance);
-    near.filter(|(distance, _)| *distance <= tolerated && word.len() <= LONGEST_WORD).map(|(_, k)| k)
+    let distances = known.iter().map(|k| (distance(word, k), *k));
+    let nearest = distances.min_by_key(|(distance, _)| *distance);
+    nearest.filter(|(distance, _)| *distance <= tolerated).map(|(_, k)| k)
 }
 
 /// How many letters must be inserted, removed or replaced to turn one word into the other.

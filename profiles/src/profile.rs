@@ -82,12 +82,17 @@ impl Profile {
         SHIPPED.iter().map(|(name, _)| *name)
     }
 
+    /// The text of the profile file `name` that comes with the program; `None` if there is no such profile.
+    #[must_use]
+    pub fn text(name: &str) -> Option<&'static str> {
+        SHIPPED.iter().find(|(shipped, _)| *shipped == name).map(|(_, text)| *text)
+    }
+
     /// The profile `name` that comes with the program, with the given motor or the profile's default one;
     /// `None` if there is no such profile.
     #[must_use]
     pub fn embedded(name: &str, motor: Option<&str>) -> Option<Result<Self, Diagnostics>> {
-        let (name, text) = SHIPPED.iter().find(|(shipped, _)| *shipped == name)?;
-        Some(Self::parse(&format!("{name}.toml"), text, motor))
+        Some(Self::parse(&format!("{name}.toml"), Self::text(name)?, motor))
     }
 
     /// Reads the profile file `text`, which diagnostics call `file`, with the given motor or the default one.

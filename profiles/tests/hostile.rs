@@ -26,6 +26,14 @@ fn pieces() -> impl Strategy<Value = String> {
     prop::collection::vec(piece, 0..40).prop_map(|pieces| pieces.concat())
 }
 
+#[test]
+fn a_file_with_endless_objects_is_refused_once() {
+    let object = "[[object]]\nindex = 0x2000\nname = \"x\"\ntype = \"U8\"\narray = 254\n";
+    let wrong = Profile::parse("text", &object.repeat(2000), None).unwrap_err();
+    let too_many = wrong.0.iter().filter(|d| d.message.contains("65535")).count();
+    assert_eq!(too_many, 1);
+}
+
 proptest! {
     #[test]
     fn any_text_is_read_or_refused(text in any::<String>()) {

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use od::{Access, Address, DataType, Entry, Initial, Mappable, Object, Value};
+use od::{Access, Address, DataType, Entry, Initial, Mappable, Object, Schema, Value};
 
 use super::reader::{Node, Scalar, Spanned, Table};
 use super::{FIRST_OF_APPLICATION, default};
@@ -20,6 +20,7 @@ pub(super) struct Objects {
     pub(super) spans: HashMap<Address, Span>,
     pub(super) bindings: Vec<Bound>,
     pub(super) later: Vec<Later>,
+    entries: usize,
 }
 
 impl Objects {
@@ -242,6 +243,13 @@ impl Builder<'_, '_> {
     }
 
     fn add(&mut self, sub: u8, name: &str, attributes: &Attributes<'_>, span: &Span, report: &mut Report) {
+        self.objects.entries += 1;
+        if self.objects.entries > Schema::MAX_ENTRIES {
+            if self.objects.entries == Schema::MAX_ENTRIES + 1 {
+                report.error(span, "a device cannot have more than 65535 entries", None);
+            }
+            return;
+        }
         let address = Address::new(self.index, sub);
         self.objects.spans.insert(address, span.clone());
         let data_type = match attributes.data_type {
@@ -285,9 +293,9 @@ impl Builder<'_, '_> {
         if let Some(other) = self.objects.bindings.iter().find(same) {
             report.error(span, format!("`{name}` is bound to {} already", other.address), None);
         }
-        if data_type.integer_limits().is_none() {
+        if data_type.integer_limits().is_none_or(|(_, max)| max > i64::MAX.into()) {
             let message = format!("`{name}` cannot be bound to a {}", data_type.short_name());
-            report.error(span, message, "bind it to an integer".to_owned());
+            report.error(span, message, "bind it to an integer below U64".to_owned());
         }
         if bound.address.index < FIRST_OF_APPLICATION {
             report.error(span, "objects 0x1000-0x1FFF are served by the bus", "leave `bind` out".to_owned());

@@ -83,10 +83,38 @@ impl<'d> Table<'_, 'd> {
     /// The value of `key`; `None` if there is none or it has the wrong type, both of which are reported.
     pub fn require<T: FromToml<'d>>(&mut self, key: &'static str) -> Option<T> {
         if !self.has(key) {
-            let help = format!("add `{key} = ` with {}", T::expected());
-            self.report.error(&self.node.span, format!("`{key}` is missing"), help);
+            self.report_missing(key, &T::expected());
         }
         self.get(key)
+    }
+
+    /// The required value of `key`, which must lie in `range`.
+    pub fn require_in<T>(&mut self, key: &'static str, range: RangeInclusive<T>) -> Option<T>
+    where
+        T: FromToml<'d> + PartialOrd + fmt::Display,
+    {
+        let expected = format!("a number from {} to {}", range.start(), range.end());
+        self.asked.push(key);
+        let Some(value) = self.node.entries.get(key) else {
+            self.report_missing(key, &expected);
+            return None;
+        };
+        let number = T::from_toml(key, value, &mut Report::default());
+        let number = number.filter(|number| range.contains(number));
+        if number.is_none() {
+            report_mismatch(key, value, &expected, self.report);
+        }
+        number
+    }
+
+    /// Takes these keys for known without reading them.
+    pub fn ignore(&mut self, keys: &[&'static str]) {
+        self.asked.extend(keys);
+    }
+
+    fn report_missing(&mut self, key: &str, expected: &str) {
+        let help = format!("add `{key} = ` with {expected}");
+        self.report.error(&self.node.span, format!("`{key}` is missing"), help);
     }
 
     /// Whether there is such a key.
@@ -99,20 +127,6 @@ impl<'d> Table<'_, 'd> {
     #[must_use]
     pub fn key_span(&self, key: &str) -> Span {
         self.node.entries.get_key_value(key).map_or_else(|| self.span(), |(key, _)| key.span())
-    }
-
-    /// The required value of `key`, which must lie in `range`.
-    pub fn require_in<T>(&mut self, key: &'static str, range: RangeInclusive<T>) -> Option<T>
-    where
-        T: FromToml<'d> + PartialOrd + fmt::Display,
-    {
-        let value: Spanned<T> = self.require(key)?;
-        if range.contains(value.get_ref()) {
-            return Some(value.into_inner());
-        }
-        let help = format!("write a number from {} to {}", range.start(), range.end());
-        self.report.error(&value.span(), format!("`{key}` cannot be {}", value.get_ref()), help);
-        None
     }
 
     /// One of the words that `parse` knows; others are reported with the nearest of `known`.
@@ -155,14 +169,18 @@ pub trait FromToml<'d>: Sized {
 }
 
 fn mismatch<'d, T: FromToml<'d>>(key: &str, value: &Spanned<DeValue<'_>>, report: &mut Report) -> Option<T> {
+    report_mismatch(key, value, &T::expected(), report);
+    None
+}
+
+fn report_mismatch(key: &str, value: &Spanned<DeValue<'_>>, expected: &str, report: &mut Report) {
     let found = match value.get_ref() {
         DeValue::Integer(number) => number.to_string(),
         DeValue::Float(number) => number.to_string(),
         DeValue::Array(_) => "an array".to_owned(),
         other => format!("a {}", other.type_str()),
     };
-    report.error(&value.span(), format!("`{key}` cannot be {found}"), format!("write {}", T::expected()));
-    None
+    report.error(&value.span(), format!("`{key}` cannot be {found}"), format!("write {expected}"));
 }
 
 macro_rules! from_integer {

@@ -1,0 +1,93 @@
+//! `[[bus]]`: a network and how it is reached.
+
+use std::net::SocketAddr;
+
+use profiles::Report;
+use profiles::reader::{Node, Spanned, Table};
+
+use crate::gateway::{address, unique_name};
+
+/// A CANopen network.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bus {
+    /// Name, unique among the buses.
+    pub name: String,
+    /// How the network is reached.
+    pub link: Link,
+    /// Where clients may join the network by the socketcand protocol.
+    pub socketcand: Option<SocketAddr>,
+}
+
+/// How a network is reached.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// By nothing: the network exists inside the gateway only.
+    Virtual,
+    /// By the CAN interface of this name, 1-15 bytes.
+    SocketCan(String),
+}
+
+/// Reads all buses. A bus that is wrong stays in the list by its name, so that devices find it.
+pub(crate) fn read_all(file: &mut Table<'_, '_>) -> Vec<BusDraft> {
+    let mut buses = Vec::new();
+    for node in file.get::<Vec<Node>>("bus").unwrap_or_default() {
+        let draft = read(node, &buses, file.report);
+        buses.push(draft);
+    }
+    buses
+}
+
+/// A bus as far as it could be read.
+pub(crate) struct BusDraft {
+    pub(crate) name: Option<String>,
+    link: Option<Link>,
+    socketcand: Option<SocketAddr>,
+}
+
+impl BusDraft {
+    /// The bus, if everything it needs was read.
+    pub(crate) fn finish(self) -> Option<Bus> {
+        Some(Bus { name: self.name?, link: self.link?, socketcand: self.socketcand })
+    }
+}
+
+fn read(node: Node<'_>, others: &[BusDraft], report: &mut Report) -> BusDraft {
+    let mut table = node.open(report);
+    let name = unique_name(&mut table, "bus", |name| others.iter().any(|b| b.name.as_deref() == Some(name)));
+    let text = table.require::<Spanned<&str>>("link");
+    let link = text.as_ref().and_then(|text| link(text, table.report));
+    if let (Some(text), Some(Link::SocketCan(interface))) = (text, &link)
+        && let Some(other) = others.iter().find(|b| b.link == link)
+    {
+        let message =
+            format!("interface `{interface}` is bus `{}` already", other.name.as_deref().unwrap_or_default());
+        table.report.error(&text.span(), message, "put all devices of one network on one bus".to_owned());
+    }
+    let socketcand = table.get::<Spanned<&str>>("socketcand");
+    let socketcand = socketcand.and_then(|text| address(&text, "127.0.0.1:29536", table.report));
+    table.finish();
+    BusDraft { name, link, socketcand }
+}
+
+fn link(text: &Spanned<&str>, report: &mut Report) -> Option<Link> {
+    const LONGEST_INTERFACE: usize = 15;
+    if *text.get_ref() == "virtual" {
+        return Some(Link::Virtual);
+    }
+    let Some(interface) = text.get_ref().strip_prefix("socketcan:") else {
+        let message = format!("`{}` is no link", text.get_ref());
+        let help = "write \"virtual\" or \"socketcan:\" and an interface, such as \"socketcan:can0\"";
+        report.error(&text.span(), message, help.to_owned());
+        return None;
+    };
+    let is_name = (1..=LONGEST_INTERFACE).contains(&interface.len())
+        && !interface.contains(|c: char| c == '/' || c.is_whitespace() || c.is_control())
+        && !matches!(interface, "." | "..");
+    if is_name {
+        return Some(Link::SocketCan(interface.to_owned()));
+    }
+    let message = format!("`{interface}` cannot be an interface");
+    let help = "an interface has 1-15 bytes, none of them a space or `/`".to_owned();
+    report.error(&text.span(), message, help);
+    None
+}

@@ -1,0 +1,145 @@
+//! `[[device]]`: a device, what it is and where it stands.
+
+use std::sync::Arc;
+
+use profiles::reader::{Node, Spanned, Table};
+use profiles::{Profile, Report, Span};
+
+use crate::bus::BusDraft;
+use crate::gateway::unique_name;
+use crate::resolve::Resolver;
+
+/// One device.
+#[derive(Clone, Debug)]
+pub struct Device {
+    /// Name, unique among the devices.
+    pub name: String,
+    /// What it is; devices with the same profile and motor share one.
+    pub profile: Arc<Profile>,
+    /// Where it stands; empty if only Modbus reaches it.
+    pub on: Vec<Attachment>,
+    /// Modbus unit identifier: the given one or the Node-ID of the first attachment.
+    pub unit_id: Option<u8>,
+}
+
+/// A place on a bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Attachment {
+    /// Position of the bus in [`crate::Gateway::buses`].
+    pub bus: usize,
+    /// Node-ID, 1-127, unique on that bus.
+    pub node_id: u8,
+}
+
+/// Reads devices one after the other and knows what the former ones have taken.
+pub(crate) struct Devices<'b, 'r> {
+    buses: &'b [BusDraft],
+    resolver: &'b mut Resolver<'r>,
+    has_modbus: bool,
+    read: Vec<Option<Device>>,
+    names: Vec<String>,
+    places: Vec<(Attachment, String)>,
+    units: Vec<(u8, String)>,
+}
+
+impl<'b, 'r> Devices<'b, 'r> {
+    /// No devices yet. With Modbus, Node-IDs serve as unit identifiers and must differ across buses.
+    pub(crate) fn new(buses: &'b [BusDraft], resolver: &'b mut Resolver<'r>, has_modbus: bool) -> Self {
+        let (read, names, places, units) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { buses, resolver, has_modbus, read, names, places, units }
+    }
+
+    /// The devices; `None` if any of them is wrong.
+    pub(crate) fn finish(self) -> Option<Vec<Device>> {
+        self.read.into_iter().collect()
+    }
+
+    /// Reads one device.
+    pub(crate) fn read(&mut self, node: Node<'_>, report: &mut Report) {
+        let mut table = node.open(report);
+        let name = unique_name(&mut table, "device", |name| self.names.iter().any(|other| other == name));
+        let profile = table.require::<Spanned<&str>>("profile");
+        let motor = table.get::<Spanned<&str>>("motor");
+        let profile = profile.and_then(|profile| self.resolver.find(&profile, motor.as_ref(), table.report));
+        let label = name.clone().unwrap_or_default();
+        let on = self.attachments(&mut table, &label);
+        let unit_id = self.unit_id(&mut table, on.as_deref(), &label);
+        table.finish();
+        self.names.extend(name.clone());
+        self.read.push(name.zip(profile).zip(on).map(|((name, profile), on)| Device {
+            name,
+            profile,
+            on,
+            unit_id,
+        }));
+    }
+
+    /// `bus` with `node_id`, or the `[[device.on]]` tables; `None` if any of them is wrong.
+    fn attachments(&mut self, table: &mut Table<'_, '_>, device: &str) -> Option<Vec<Attachment>> {
+        if table.has("bus") && !table.has("on") {
+            return Some(vec![self.attachment(table, device)?]);
+        }
+        table.ignore(&["bus", "node_id"]);
+        if table.has("bus") {
+            let help = "leave out `bus` and `node_id` and add one more `[[device.on]]`".to_owned();
+            table.report.error(&table.key_span("bus"), "`bus` and `on` exclude each other", help);
+        } else if table.has("node_id") {
+            let help = "add `bus = ` with the name of a bus".to_owned();
+            table.report.error(&table.key_span("node_id"), "`node_id` needs a `bus`", help);
+        }
+        let nodes = table.get::<Vec<Node>>("on").unwrap_or_default();
+        let read = |node: Node<'_>| {
+            let mut place = node.open(table.report);
+            let attachment = self.attachment(&mut place, device);
+            place.finish();
+            attachment
+        };
+        let places: Vec<Option<Attachment>> = nodes.into_iter().map(read).collect();
+        places.into_iter().collect()
+    }
+
+    fn attachment(&mut self, table: &mut Table<'_, '_>, device: &str) -> Option<Attachment> {
+        const HIGHEST_NODE_ID: u8 = 127;
+        let name = table.require::<Spanned<&str>>("bus");
+        let node_id = table.require_in("node_id", 1..=HIGHEST_NODE_ID);
+        let name = name?;
+        let Some(bus) = self.buses.iter().position(|b| b.name.as_deref() == Some(*name.get_ref())) else {
+            let known = self.buses.iter().filter_map(|b| b.name.as_deref());
+            table.report.unknown(&name.span(), "bus", name.get_ref(), known);
+            return None;
+        };
+        let place = Attachment { bus, node_id: node_id? };
+        if let Some((_, other)) = self.places.iter().find(|(taken, _)| *taken == place) {
+            let message =
+                format!("node {} on bus `{}` is device `{other}` already", place.node_id, name.get_ref());
+            let help = "give every device on a bus a Node-ID of its own".to_owned();
+            table.report.error(&table.key_span("node_id"), message, help);
+            return None;
+        }
+        self.places.push((place, device.to_owned()));
+        Some(place)
+    }
+
+    fn unit_id(&mut self, table: &mut Table<'_, '_>, on: Option<&[Attachment]>, device: &str) -> Option<u8> {
+        let given = table.get::<Spanned<u8>>("unit_id");
+        let first = on.and_then(<[_]>::first).map(|place| place.node_id);
+        if on.is_some_and(<[_]>::is_empty) && !table.has("unit_id") && !table.has("node_id") {
+            let help = "add `bus = ` and `node_id = `, or `unit_id = ` for Modbus".to_owned();
+            table.report.error(&table.span(), "nothing reaches this device", help);
+        }
+        let unit_id = given.as_ref().map(|given| *given.get_ref()).or(first)?;
+        if given.is_some() || self.has_modbus {
+            let span = given.map_or_else(|| table.key_span("node_id"), |given| given.span());
+            self.claim_unit(unit_id, device, &span, table.report);
+        }
+        Some(unit_id)
+    }
+
+    fn claim_unit(&mut self, unit_id: u8, device: &str, span: &Span, report: &mut Report) {
+        if let Some((_, other)) = self.units.iter().find(|(taken, _)| *taken == unit_id) {
+            let message = format!("Modbus unit {unit_id} is device `{other}` already");
+            report.error(span, message, "add `unit_id = ` with another number from 0 to 255".to_owned());
+        }
+        self.units.push((unit_id, device.to_owned()));
+    }
+}

@@ -1,0 +1,139 @@
+//! The gateway file as a whole.
+
+use core::fmt;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use profiles::reader::{Document, Node, Spanned, Table};
+use profiles::{Diagnostics, Report, Span, line_and_column};
+
+use crate::bus::{self, Bus};
+use crate::device::{Device, Devices};
+use crate::resolve::{ReadFile, Resolver};
+
+/// What a gateway file says, checked.
+#[derive(Clone, Debug)]
+pub struct Gateway {
+    /// The networks, in the order of the file.
+    pub buses: Vec<Bus>,
+    /// The devices, in the order of the file.
+    pub devices: Vec<Device>,
+    /// Where Modbus TCP clients may connect.
+    pub modbus: Option<SocketAddr>,
+    /// Directory for what devices store.
+    pub storage: Option<PathBuf>,
+    /// Path of the control socket.
+    pub control: Option<PathBuf>,
+    /// What the file asks for and this version does not do yet.
+    pub notes: Vec<Note>,
+}
+
+/// Something in a file that is right and has no effect yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Note {
+    /// Name of the file as its reader knows it.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// What has no effect.
+    pub message: String,
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}: note: {}", self.file, self.line, self.column, self.message)
+    }
+}
+
+/// Keys of the file that are checked and do nothing yet.
+const NOT_SERVED: [&str; 3] = ["modbus", "storage", "control"];
+
+/// Reads the gateway file `text`, which stands at `file`; profile files are read by `read`.
+///
+/// A profile is looked for as a path (relative to the directory of `file`) if it has a `/` or ends with `.toml`,
+/// otherwise in [`crate::PROFILE_DIRECTORY`] and then among the shipped ones.
+///
+/// # Errors
+/// Everything that is wrong with the file and with the profile files it names.
+pub fn load(file: &str, text: &str, read: ReadFile<'_>) -> Result<Gateway, Diagnostics> {
+    let mut report = Report::default();
+    let mut resolver = Resolver::new(Path::new(file).parent().unwrap_or(Path::new("")), read);
+    let document = Document::parse(text, &mut report);
+    let read = document.and_then(|document| read_gateway(document.root(&mut report), &mut resolver));
+    let (gateway, unserved) = report.conclude(file, text, read).map_err(|mut wrong| {
+        wrong.0.append(&mut resolver.wrong);
+        wrong
+    })?;
+    let notes = unserved.iter().map(|(key, span)| note(file, text, key, span)).collect();
+    Ok(Gateway { notes, ..gateway })
+}
+
+type Unserved = Vec<(&'static str, Span)>;
+
+fn read_gateway(mut file: Table<'_, '_>, resolver: &mut Resolver<'_>) -> Option<(Gateway, Unserved)> {
+    let modbus = section(&mut file, "modbus", |table| {
+        let listen = table.require::<Spanned<&str>>("listen")?;
+        address(&listen, "0.0.0.0:502", table.report)
+    });
+    let storage = section(&mut file, "storage", |table| table.require::<&str>("path").map(PathBuf::from));
+    let control = section(&mut file, "control", |table| table.require::<&str>("socket").map(PathBuf::from));
+    let buses = bus::read_all(&mut file);
+    let nodes = file.get::<Vec<Node>>("device").unwrap_or_default();
+    let mut devices = Devices::new(&buses, resolver, file.has("modbus"));
+    for node in nodes {
+        devices.read(node, file.report);
+    }
+    let devices = devices.finish();
+    let unserved = NOT_SERVED.into_iter().filter(|key| file.has(key)).map(|key| (key, file.key_span(key)));
+    let unserved = unserved.collect();
+    file.finish();
+    let buses = buses.into_iter().map(bus::BusDraft::finish).collect::<Option<_>>()?;
+    Some((Gateway { buses, devices: devices?, modbus, storage, control, notes: Vec::new() }, unserved))
+}
+
+fn note(file: &str, text: &str, key: &str, span: &Span) -> Note {
+    let (line, column) = line_and_column(text, span.start);
+    let message = format!("`{key}` has no effect in this version");
+    Note { file: file.to_owned(), line, column, message }
+}
+
+/// What `read` makes of the table `key`, if there is one.
+fn section<T>(
+    file: &mut Table<'_, '_>,
+    key: &'static str,
+    read: impl FnOnce(&mut Table<'_, '_>) -> Option<T>,
+) -> Option<T> {
+    let node = file.get::<Node>(key)?;
+    let mut table = node.open(file.report);
+    let value = read(&mut table);
+    table.finish();
+    value
+}
+
+/// The `name` of something, which no other of its kind has.
+pub(crate) fn unique_name(
+    table: &mut Table<'_, '_>,
+    kind: &str,
+    is_taken: impl FnOnce(&str) -> bool,
+) -> Option<String> {
+    let name = table.require::<Spanned<&str>>("name")?;
+    if name.get_ref().is_empty() {
+        table.report.error(&name.span(), format!("a {kind} needs a name"), None);
+    } else if is_taken(name.get_ref()) {
+        let message = format!("there is a {kind} `{}` already", name.get_ref());
+        table.report.error(&name.span(), message, format!("give every {kind} a name of its own"));
+    }
+    Some(name.into_inner().to_owned())
+}
+
+/// The socket address that `text` is; `example` shows one that would be right.
+pub(crate) fn address(text: &Spanned<&str>, example: &str, report: &mut Report) -> Option<SocketAddr> {
+    let address = text.get_ref().parse().ok();
+    if address.is_none() {
+        let message = format!("`{}` is no socket address", text.get_ref());
+        report.error(&text.span(), message, format!("write address and port, such as \"{example}\""));
+    }
+    address
+}

@@ -1,0 +1,142 @@
+//! Gateway files as a whole.
+
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+use config::{Attachment, Diagnostics, Gateway, Link, load};
+use proptest::prelude::*;
+
+/// A machine with one broken and one good profile file of its own.
+fn read(path: &Path) -> io::Result<String> {
+    let own =
+        include_str!("../../profiles/devices/cia402-servo.toml").replace("CiA 402 servo drive", "My drive");
+    match path.to_str() {
+        Some("/gateway/devices/broken.toml") => Ok("name = \"broken\"\nmotor = 1\n".to_owned()),
+        Some("/gateway/my-drive.toml" | "/etc/axisd/devices/cia402-servo.toml") => Ok(own),
+        _ => Err(io::ErrorKind::NotFound.into()),
+    }
+}
+
+fn load_text(text: &str) -> Result<Gateway, Diagnostics> {
+    load("/gateway/gateway.toml", text, &read)
+}
+
+/// On a machine without profile files.
+fn load_plainly(text: &str) -> Gateway {
+    load("gateway.toml", text, &|_| Err(io::ErrorKind::NotFound.into())).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn everything_that_is_wrong_with_a_file_is_reported_at_once() {
+    insta::assert_snapshot!(load_text(include_str!("bad.toml")).unwrap_err());
+}
+
+#[test]
+fn a_text_that_is_no_toml_is_one_finding_with_its_position() {
+    let wrong = load_text("[[bus]]\nname = \"can0\"\nlink = virtual\n").unwrap_err();
+    assert_eq!(wrong.0.len(), 1);
+    assert_eq!((wrong.0[0].line, wrong.0[0].column), (3, 8));
+}
+
+#[test]
+fn the_demo_has_two_motors_on_a_virtual_bus() {
+    let gateway = load_plainly(config::DEMO);
+    assert_eq!(gateway.buses.len(), 1);
+    assert_eq!(gateway.buses[0].link, Link::Virtual);
+    assert_eq!(gateway.buses[0].socketcand, Some("127.0.0.1:29536".parse().unwrap()));
+    let devices: Vec<_> = gateway.devices.iter().map(|d| (d.name.as_str(), d.on.as_slice())).collect();
+    let on = |node_id| [Attachment { bus: 0, node_id }];
+    assert_eq!(devices, [("axis1", on(1).as_slice()), ("axis2", on(2).as_slice())]);
+    assert_eq!(gateway.notes, []);
+}
+
+#[test]
+fn every_example_loads() {
+    let vcan0 = load_plainly(include_str!("../examples/vcan0.toml"));
+    assert_eq!(vcan0.buses[0].link, Link::SocketCan("vcan0".to_owned()));
+    assert_eq!(vcan0.devices[1].profile.motor.name, "mac800");
+    let two = load_plainly(include_str!("../examples/two-buses.toml"));
+    let clamp = [Attachment { bus: 0, node_id: 5 }, Attachment { bus: 1, node_id: 5 }];
+    assert_eq!(two.devices[2].on, clamp);
+}
+
+#[test]
+fn devices_with_the_same_profile_and_motor_share_it() {
+    let gateway = load_plainly(
+        r#"
+        device = [
+            { name = "a", profile = "jvl-mac00-fc4", unit_id = 1 },
+            { name = "b", profile = "jvl-mac00-fc4", unit_id = 2, motor = "mac140" },
+            { name = "c", profile = "jvl-mac00-fc4", unit_id = 3, motor = "mac050" },
+            { name = "d", profile = "jvl-mac00-fc4", unit_id = 4, motor = "mac050" },
+        ]
+        "#,
+    );
+    let share = |a: usize, b: usize| Arc::ptr_eq(&gateway.devices[a].profile, &gateway.devices[b].profile);
+    assert!(share(0, 1) && share(2, 3) && !share(0, 2));
+}
+
+#[test]
+fn a_profile_file_of_this_machine_comes_before_the_shipped_one() {
+    let gateway = load_text(
+        r#"
+        device = [
+            { name = "a", profile = "cia402-servo", unit_id = 1 },
+            { name = "b", profile = "my-drive.toml", unit_id = 2 },
+            { name = "c", profile = "jvl-mac00-fc4", unit_id = 3 },
+        ]
+        "#,
+    );
+    let products: Vec<_> = gateway.unwrap().devices.iter().map(|d| d.profile.product.clone()).collect();
+    assert_eq!(products, ["My drive", "My drive", "MAC00-FC4"]);
+}
+
+#[test]
+fn a_unit_id_is_by_default_the_node_id_and_only_modbus_needs_them_to_differ() {
+    let text = r#"
+        bus = [{ name = "x", link = "virtual" }, { name = "y", link = "virtual" }]
+        device = [
+            { name = "a", profile = "cia402-servo", bus = "x", node_id = 9 },
+            { name = "b", profile = "cia402-servo", bus = "y", node_id = 9 },
+        ]
+        "#;
+    let units: Vec<_> = load_plainly(text).devices.iter().map(|d| d.unit_id).collect();
+    assert_eq!(units, [Some(9), Some(9)]);
+    let wrong = load_text(&format!("{text}\nmodbus = {{ listen = \"0.0.0.0:502\" }}")).unwrap_err();
+    assert_eq!(wrong.0.len(), 1);
+    assert_eq!(wrong.0[0].message, "Modbus unit 9 is device `a` already");
+}
+
+#[test]
+fn what_is_not_served_yet_is_noted_with_its_position() {
+    let gateway = load_plainly("[modbus]\nlisten = \"0.0.0.0:502\"\n[storage]\npath = \"/var/lib/axisd\"\n");
+    assert_eq!(gateway.modbus, Some("0.0.0.0:502".parse().unwrap()));
+    let notes: Vec<_> = gateway.notes.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        notes,
+        [
+            "gateway.toml:1:2: note: `modbus` has no effect in this version",
+            "gateway.toml:3:2: note: `storage` has no effect in this version",
+        ]
+    );
+}
+
+proptest! {
+    #[test]
+    fn any_text_is_read_or_refused(text in any::<String>()) {
+        let _ = load_text(&text);
+    }
+
+    #[test]
+    fn any_change_to_a_valid_file_is_read_or_refused(
+        from in 0.0..1.0, length in 0..30_usize, instead in "[ -~\\n]{0,8}",
+    ) {
+        let text = include_str!("../examples/two-buses.toml");
+        let start = (text.len() as f64 * from) as usize;
+        let end = (start + length).min(text.len());
+        if let Err(wrong) = load_text(&[&text[..start], &instead, &text[end..]].concat()) {
+            prop_assert!(!wrong.0.is_empty());
+        }
+    }
+}

@@ -94,7 +94,6 @@ def mapping(network, node):
     velocity, statusword = tpdo[VELOCITY].raw, tpdo[STATUSWORD].raw
     assert velocity == node.sdo[VELOCITY].raw and statusword == node.sdo[STATUSWORD].raw
     say("mapped anew:", len(frames[-1]), "bytes, velocity and statusword as by SDO")
-    network.sync.stop()
     reset(node)
     tpdo.read()
     assert [(variable.index, variable.length) for variable in tpdo] == default

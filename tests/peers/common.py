@@ -39,7 +39,7 @@ def connected(args):
     try:
         yield network
     finally:
-        network.sync.stop()
+        # Which also ends the SYNC, if one was started.
         network.disconnect()
 
 

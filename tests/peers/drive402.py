@@ -73,7 +73,6 @@ def main():
         say("PROFILED VELOCITY:", drive.state)
         run(drive)
         quick_stop(drive)
-        network.sync.stop()
         drive.nmt.state = "PRE-OPERATIONAL"
 
 

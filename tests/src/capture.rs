@@ -1,7 +1,6 @@
 //! A recording of the bus, freed of what differs from run to run.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
 
 /// Objects that a master polls: how often, and which passing values it sees, is a matter of luck.
 const POLLED: [&str; 4] = ["4160", "6160", "6460", "6C60"];
@@ -9,9 +8,11 @@ const POLLED: [&str; 4] = ["4160", "6160", "6460", "6C60"];
 /// What a frame is by the pre-defined connection set (CiA 301, 7.3.5).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// One side acts and the other waits for it: the order is the same in every run.
+    /// NMT, boot-up, EMCY, RPDO. One side acts and the other waits for it, so the order is the same in every run.
     Told,
-    /// Event-driven TPDO2, whose place among the others is not certain.
+    /// TPDO1, event-driven. It belongs to what is told, but how often one state is sent does not matter.
+    Status,
+    /// TPDO2, event-driven, too; its place among the others is not certain.
     Echo,
     /// SDO, one request after the other, but at any time.
     Sdo,
@@ -19,9 +20,9 @@ enum Kind {
     Cyclic,
 }
 
-/// The recording as three lists: what was told (NMT, boot-up, EMCY, RPDOs and TPDO1, in bus order), the changes that
-/// TPDO2 of each node showed, and the SDO transfers; and the set of cyclic frames with their lengths. Left out are
-/// repeats and the SDO polling of statusword, mode, position and velocity.
+/// The recording as three lists: what was told (NMT, boot-up, EMCY, RPDOs and the changes in TPDO1, in bus order), the
+/// changes in TPDO2, and the SDO transfers without the polling of statusword, mode, position and velocity; and the set
+/// of cyclic frames with their lengths.
 #[must_use]
 pub fn story(frames: &[String]) -> String {
     let mut told = String::new();
@@ -31,33 +32,35 @@ pub fn story(frames: &[String]) -> String {
     let mut last = BTreeMap::new();
     for frame in frames {
         let (id, data) = frame.split_once('#').unwrap_or((frame, ""));
-        let kind = kind(id);
-        if kind == Kind::Cyclic {
-            cyclic.insert(format!("{id} with {} bytes", data.len() / 2));
-        } else if kind == Kind::Sdo {
-            if !data.get(2..6).is_some_and(|index| POLLED.contains(&index)) {
-                sdo += &format!("{frame}\n");
+        let line = format!("{frame}\n");
+        let is_change = last.insert(id, data) != Some(data);
+        match kind(id) {
+            Kind::Told => told += &line,
+            Kind::Status if is_change => told += &line,
+            Kind::Echo if is_change => echo += &line,
+            Kind::Sdo if !is_polling(data) => sdo += &line,
+            Kind::Cyclic => {
+                cyclic.insert(format!("{id} with {} bytes\n", data.len() / 2));
             }
-        } else if last.insert(id, data) != Some(data) {
-            let list = if kind == Kind::Told { &mut told } else { &mut echo };
-            *list += &format!("{frame}\n");
+            Kind::Status | Kind::Echo | Kind::Sdo => {}
         }
     }
-    let mut text = format!("told:\n{told}\nTPDO2:\n{echo}\nSDO:\n{sdo}\ncyclic:\n");
-    for line in cyclic {
-        // A String takes whatever is written.
-        let _ = writeln!(text, "{line}");
-    }
-    text
+    let cyclic = String::from_iter(cyclic);
+    format!("told:\n{told}\nTPDO2:\n{echo}\nSDO:\n{sdo}\ncyclic:\n{cyclic}")
 }
 
 fn kind(id: &str) -> Kind {
     match u32::from_str_radix(id, 16).unwrap_or(u32::MAX) {
         0x080 | 0x381..=0x3FF | 0x481..=0x4FF => Kind::Cyclic,
+        0x181..=0x1FF => Kind::Status,
         0x281..=0x2FF => Kind::Echo,
         0x581..=0x5FF | 0x601..=0x67F => Kind::Sdo,
         _ => Kind::Told,
     }
+}
+
+fn is_polling(data: &str) -> bool {
+    data.get(2..6).is_some_and(|index| POLLED.contains(&index))
 }
 
 #[cfg(test)]
@@ -84,6 +87,11 @@ mod tests {
         let two = frames("201#0600 181#3306");
 
         assert_ne!(story(&one), story(&two));
+    }
+
+    #[test]
+    fn a_second_boot_up_is_kept() {
+        assert!(story(&frames("701#00 000#8101 701#00")).contains("701#00\n000#8101\n701#00\n"));
     }
 
     #[test]

@@ -44,38 +44,30 @@ impl Master {
 
     /// Starts `tests/peers/{script}.py`.
     #[must_use]
-    pub fn start(&self, script: &str, more: &[&str]) -> Peer {
-        Peer::start(script, self.arguments.iter().map(String::as_str).chain(more.iter().copied()))
+    pub fn start(&self, script: &str, more: &[&str]) -> Peer<'_> {
+        let arguments = self.arguments.iter().map(String::as_str).chain(more.iter().copied());
+        Peer { process: python(script, arguments), _master: self }
     }
 }
 
 /// A peer script that runs beside the test.
 #[derive(Debug)]
-pub struct Peer(Process);
+pub struct Peer<'a> {
+    process: Process,
+    _master: &'a Master,
+}
 
-impl Peer {
-    fn start<'a>(script: &str, arguments: impl Iterator<Item = &'a str>) -> Self {
-        let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let python = tests.join("../.venv/bin/python");
-        assert!(python.exists(), "no .venv with the Python peers: scripts/test makes it");
-        let file = tests.join("peers").join(script).with_extension("py");
-        Self(Process::spawn(script, Command::new(python).arg("-B").arg(file).args(arguments)))
-    }
-
+impl Peer<'_> {
     /// Waits until it has printed this line.
     pub fn wait_for(&mut self, line: &str) {
         let wanted = Line { stream: Stream::Out, text: line.to_owned() };
-        self.0.wait_for(&format!("line {line:?}"), SCRIPT_PATIENCE, |line| *line == wanted);
+        self.process.wait_for(&format!("line {line:?}"), SCRIPT_PATIENCE, |line| *line == wanted);
     }
 
     /// Waits for its end, which has to be with status 0, and gives all it printed.
     #[must_use]
-    pub fn finish(mut self) -> String {
-        let status = self.0.wait(SCRIPT_PATIENCE);
-        if !status.success() {
-            self.0.give_up(&format!("ended with {status}"));
-        }
-        self.0.stdout()
+    pub fn finish(self) -> String {
+        finish(self.process)
     }
 }
 
@@ -84,7 +76,23 @@ impl Peer {
 pub fn objects_in_eds(profile: &str) -> String {
     let dir = TempDir::new();
     let file = write_eds(&dir, profile);
-    Peer::start("check_eds", file.to_str().into_iter()).finish()
+    finish(python("check_eds", file.to_str().into_iter()))
+}
+
+fn python<'a>(script: &str, arguments: impl Iterator<Item = &'a str>) -> Process {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let python = tests.join("../.venv/bin/python");
+    assert!(python.exists(), "no .venv with the Python peers: scripts/test makes it");
+    let file = tests.join("peers").join(script).with_extension("py");
+    Process::spawn(script, Command::new(python).arg("-B").arg(file).args(arguments))
+}
+
+fn finish(mut script: Process) -> String {
+    let status = script.wait(SCRIPT_PATIENCE);
+    if !status.success() {
+        script.give_up(&format!("ended with {status}"));
+    }
+    script.stdout()
 }
 
 fn write_eds(dir: &TempDir, profile: &str) -> PathBuf {

@@ -40,6 +40,12 @@ impl Vcan {
         run("ip", &["link", "set", &self.0, "up"]);
     }
 
+    /// Sets the interface down, and up again.
+    pub fn bounce(&self) {
+        run("ip", &["link", "set", &self.0, "down"]);
+        run("ip", &["link", "set", &self.0, "up"]);
+    }
+
     /// Removes the interface from under whoever has it open.
     pub fn remove(&self) {
         run("ip", &["link", "delete", &self.0]);
@@ -99,9 +105,16 @@ impl Wire {
         self.wait(frame, |seen| seen == frame);
     }
 
-    /// Sends a request and gives the next frame of this COB-ID.
+    /// Waits until TPDO1 of node 1 has shown a statusword whose bits under `mask` are `bits`.
+    pub fn expect_statusword(&mut self, mask: u16, bits: u16) {
+        self.wait(&format!("statusword {bits:#06X}"), |seen| {
+            let little_endian = seen.strip_prefix("181#").and_then(|data| u16::from_str_radix(data, 16).ok());
+            little_endian.is_some_and(|word| word.swap_bytes() & mask == bits)
+        });
+    }
+
+    /// Sends a request and gives the next frame of this COB-ID, after those that were already waited for.
     pub fn ask(&mut self, request: &str, answer_id: &str) -> String {
-        self.catch_up();
         self.send(request);
         self.wait(&format!("answer to {request}"), |seen| seen.split('#').next() == Some(answer_id))
     }

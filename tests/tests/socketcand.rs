@@ -27,7 +27,11 @@ fn two_axes_move_at_once() {
 
     let log = master.run("two_drives", &[]);
 
-    insta::assert_snapshot!(log, @"");
+    insta::assert_snapshot!(log, @r"
+    both moved at once
+    node 1: target reached at +40000
+    node 2: target reached at -40000
+    ");
 }
 
 #[test]

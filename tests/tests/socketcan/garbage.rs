@@ -30,12 +30,11 @@ impl Bench {
         let daemon = one_drive(&interface);
         let mut wire = Wire::on(&interface);
         wire.send("000#0101");
-        wire.send("201#0600");
-        wire.expect("181#3106");
-        wire.send("201#0700");
-        wire.expect("181#3306");
-        wire.send("201#0F00");
-        wire.expect("181#3706");
+        // Shutdown, switch on, enable operation: each leads to the state with these bits (CiA 402, table 30).
+        for (controlword, state) in [("0600", 0x21), ("0700", 0x23), ("0F00", 0x27)] {
+            wire.send(&format!("201#{controlword}"));
+            wire.expect_statusword(0x6F, state);
+        }
         Self { wire, _daemon: daemon, _interface: interface }
     }
 
@@ -111,7 +110,7 @@ fn sdo_requests_of_less_than_eight_bytes_are_ignored() {
         ("601#40001000000000", &[]),
         ("601#R8", &[]),
         ("00000601#4000100000000000", &[]),
-        ("601##04000100000000000", &[]),
+        ("601##44000100000000000", &[]),
     ]);
 }
 

@@ -21,8 +21,11 @@ fn python_canopen_drives_an_axis() {
 
     let log = Master::on(&interface, PROFILE).run("drive402", &[]);
 
-    insta::with_settings!({ prepend_module_to_snapshot => false }, { insta::assert_snapshot!("drive402", log) });
     insta::assert_snapshot!(story(&wire.finish()));
+    // The same log as over socketcand.
+    insta::with_settings!({ prepend_module_to_snapshot => false, snapshot_path => "../snapshots" }, {
+        insta::assert_snapshot!("drive402", log);
+    });
 }
 
 #[test]
@@ -32,19 +35,24 @@ fn two_axes_move_at_once() {
 
     let log = Master::on(&interface, PROFILE).run("two_drives", &[]);
 
-    insta::assert_snapshot!(log, @"");
+    insta::assert_snapshot!(log, @r"
+    both moved at once
+    node 1: target reached at +40000
+    node 2: target reached at -40000
+    ");
 }
 
 #[test]
 fn sigterm_lets_a_running_axis_ramp_down_first() {
     let interface = Vcan::new();
     let mut daemon = one_drive(&interface);
-    let mut master = Master::on(&interface, PROFILE).start("runaway", &[]);
-    master.wait_for("running");
+    let master = Master::on(&interface, PROFILE);
+    let mut peer = master.start("runaway", &[]);
+    peer.wait_for("running");
 
     daemon.terminate();
 
-    assert_eq!(master.finish(), "running\ncame to rest on a ramp\n");
+    assert_eq!(peer.finish(), "running\ncame to rest on a ramp\n");
     daemon.wait_until_stopped();
 }
 
@@ -66,6 +74,17 @@ fn an_interface_that_goes_and_comes_back_is_served_again() {
 
     interface.remove();
     interface.create();
+
+    assert_served(&interface);
+}
+
+#[test]
+fn an_interface_that_goes_down_and_up_is_served_again() {
+    let interface = Vcan::new();
+    let _daemon = one_drive(&interface);
+    assert_served(&interface);
+
+    interface.bounce();
 
     assert_served(&interface);
 }

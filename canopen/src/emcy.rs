@@ -6,6 +6,7 @@ use bitflags::bitflags;
 use od::{Address, Dictionary, Instant};
 
 use crate::communication::{COB_ID_EMCY, ERROR_FIELD, ERROR_REGISTER, INHIBIT_TIME_EMCY, parameter};
+use crate::pdo::inhibit_time;
 use crate::{CobId, Frame};
 
 bitflags! {
@@ -117,8 +118,7 @@ impl Producer {
             return None;
         }
         let message = self.waiting.pop_front()?;
-        let inhibit = parameter(communication, INHIBIT_TIME_EMCY, 0);
-        self.not_before = now + core::time::Duration::from_micros(100 * inhibit);
+        self.not_before = now + inhibit_time(parameter(communication, INHIBIT_TIME_EMCY, 0));
         let cob_id = CobId(parameter(communication, COB_ID_EMCY, 0) as u32);
         cob_id.is_valid().then(|| Frame::new(cob_id.id(), &message))
     }

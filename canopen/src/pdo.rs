@@ -7,6 +7,7 @@ mod tpdo;
 
 use od::{AbortCode, Address, Dictionary, Direction, Instant, Schema};
 
+pub(crate) use parameters::inhibit_time;
 pub(crate) use rpdo::{Reception, Rpdo};
 pub(crate) use rules::check_cob_id;
 pub(crate) use tpdo::{Occasion, Tpdo};

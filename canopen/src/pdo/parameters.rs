@@ -86,9 +86,9 @@ impl Parameters {
         Transmission::decode(value, self.direction).unwrap_or(Transmission::Event)
     }
 
-    /// The shortest time between two transmissions (parameter in 100 us).
+    /// The shortest time between two transmissions.
     pub(crate) fn inhibit(&self, communication: &Dictionary) -> Duration {
-        Duration::from_micros(100 * self.inhibit.map_or(0, |slot| communication.raw(slot)))
+        inhibit_time(self.inhibit.map_or(0, |slot| communication.raw(slot)))
     }
 
     /// The longest time between two transmissions (parameter in ms), if any.
@@ -114,4 +114,9 @@ impl Parameters {
         let parameters = entries.iter().map(|slot| communication.raw(*slot) as u32);
         Mapping::new(application, self.direction, ROOM, parameters)
     }
+}
+
+/// An inhibit time parameter counts 100 us (CiA 301 v4.2, sections 7.5.2.17 and 7.5.2.37).
+pub(crate) fn inhibit_time(raw: u64) -> Duration {
+    Duration::from_micros(raw.saturating_mul(100))
 }

@@ -2,7 +2,7 @@
 
 use od::{AbortCode, Address, Dictionary, Mapping, Schema};
 
-use super::parameters::{Parameters, Transmission};
+use super::parameters::{Parameters, Transmission, inhibit_time};
 use crate::CobId;
 
 /// Whether a COB-ID parameter may change from `old` to `new`: an identifier changes only while it is not valid,
@@ -30,7 +30,10 @@ pub(crate) fn check_communication(
     match sub {
         1 => check_cob_id(cob_id, CobId(raw as u32)),
         2 => Transmission::decode(raw as u8, parameters.direction).map(|_| ()).ok_or(AbortCode::InvalidValue),
-        3 | 6 if cob_id.is_valid() => Err(AbortCode::DeviceState),
+        3 if cob_id.is_valid() && inhibit_time(raw) != parameters.inhibit(communication) => {
+            Err(AbortCode::DeviceState)
+        }
+        6 if cob_id.is_valid() => Err(AbortCode::DeviceState),
         _ => Ok(()),
     }
 }

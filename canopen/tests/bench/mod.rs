@@ -56,7 +56,8 @@ impl Bench {
             actual.push((*line).into());
             actual.extend(answers(self.run(line)));
         }
-        assert_eq!(actual, expected, "what happened (left) is not what was expected (right)");
+        let (actual, expected) = (actual.join("\n"), expected.join("\n"));
+        assert!(actual == expected, "what happened:\n{actual}\n\nwhat was expected:\n{expected}\n");
     }
 
     fn run(&mut self, line: &str) -> Vec<Frame> {

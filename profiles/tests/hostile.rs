@@ -30,7 +30,7 @@ fn pieces() -> impl Strategy<Value = String> {
 fn a_file_with_endless_objects_is_refused_once() {
     let object = "[[object]]\nindex = 0x2000\nname = \"x\"\ntype = \"U8\"\narray = 254\n";
     let wrong = Profile::parse("text", &object.repeat(2000), None).unwrap_err();
-    let too_many = wrong.0.iter().filter(|d| d.message.contains("65535")).count();
+    let too_many = wrong.0.iter().filter(|d| d.message.starts_with("a device cannot have more")).count();
     assert_eq!(too_many, 1);
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use core::time::Duration;
 
 use axis::{Axis, Period, PlantConfig, Position, ServoConfig, SimulatedServo, Torque, Velocity};
-use od::{AbortCode, Dictionary, Instant, Schema, Slot};
+use od::{Dictionary, Instant, Schema, Slot};
 
 use crate::cia402::{Context, Drive402, Fault, Mode, State, Statusword, units};
 use crate::slots::{Parameters, Slots};
@@ -66,7 +66,7 @@ impl Device {
     /// A device of this profile, powered on at `now`; `node_id` only matters for defaults that depend on it.
     #[must_use]
     pub fn new(profile: Arc<Profile>, node_id: u8, now: Instant) -> Self {
-        let schema = Arc::new(guarded(&profile));
+        let schema = Arc::clone(&profile.application);
         let mut bound: Vec<_> = profile
             .bindings
             .iter()
@@ -328,16 +328,4 @@ fn servo(motor: &Motor) -> ServoConfig {
         ..PlantConfig::default()
     };
     ServoConfig { plant, ..ServoConfig::default() }
-}
-
-/// The application objects with the device's own objections: a mode that the drive does not have is refused.
-fn guarded(profile: &Profile) -> Schema {
-    let mut schema = (*profile.application).clone();
-    for bound in profile.bindings.iter().filter(|b| b.binding == Binding::ModesOfOperation) {
-        schema.set_veto(bound.address, |_, _, raw| {
-            let code = i64::from(raw as u8 as i8);
-            Mode::from_code(code).map(|_| ()).ok_or(AbortCode::InvalidValue)
-        });
-    }
-    schema
 }

@@ -3,9 +3,9 @@
 use core::ops::RangeInclusive;
 use std::sync::Arc;
 
-use od::{Address, Initial, Schema, eds};
+use od::{AbortCode, Address, Initial, Schema, eds};
 
-use crate::{Binding, Diagnostics, Motor, file};
+use crate::{Binding, Diagnostics, Mode, Motor, file};
 
 /// Everything the devices of one kind share.
 #[derive(Clone, Debug)]
@@ -100,7 +100,20 @@ impl Profile {
     /// # Errors
     /// Everything that is wrong with the file; also that it has no such motor.
     pub fn parse(file: &str, text: &str, motor: Option<&str>) -> Result<Self, Diagnostics> {
-        file::parse(file, text, motor)
+        file::parse(file, text, motor).map(Self::guarded)
+    }
+
+    /// The same profile with the device's own objections to what is written: a mode that the drive does not have.
+    fn guarded(mut self) -> Self {
+        let mut application = Arc::unwrap_or_clone(self.application);
+        for bound in self.bindings.iter().filter(|b| b.binding == Binding::ModesOfOperation) {
+            application.set_veto(bound.address, |_, _, raw| {
+                let code = i64::from(raw as u8 as i8);
+                Mode::from_code(code).map(|_| ()).ok_or(AbortCode::InvalidValue)
+            });
+        }
+        self.application = Arc::new(application);
+        self
     }
 
     /// How many axes the device has, 0-8.

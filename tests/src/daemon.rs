@@ -10,7 +10,7 @@ use std::thread;
 use nix::sys::signal::Signal;
 
 use crate::process::{Line, Process, Stream};
-use crate::{PATIENCE, TempDir};
+use crate::{PATIENCE, TempDir, Vcan};
 
 /// A running daemon. On drop it is stopped by SIGTERM and has to end with status 0.
 #[derive(Debug)]
@@ -73,16 +73,32 @@ pub fn axisd(arguments: &[&str]) -> Output {
     Command::new(binary()).args(arguments).output().expect("run axisd")
 }
 
-/// A configuration: one bus `can0` on `link` and, on it, devices given as name, profile and node-ID.
+/// A configuration: one bus `can0` and, on it, devices given as name, profile and node-ID.
 #[must_use]
-pub fn config(link: &str, devices: &[(&str, &str, u8)]) -> String {
-    let mut text = format!("[[bus]]\nname = \"can0\"\nlink = \"{link}\"\n");
+pub fn config(bus: Bus<'_>, devices: &[(&str, &str, u8)]) -> String {
+    let keys = match bus {
+        Bus::Interface(interface) => format!("link = \"socketcan:{}\"", interface.name()),
+        Bus::Virtual => "link = \"virtual\"".to_owned(),
+        Bus::Socketcand(port) => format!("link = \"virtual\"\nsocketcand = \"127.0.0.1:{port}\""),
+    };
+    let mut text = format!("[[bus]]\nname = \"can0\"\n{keys}\n");
     for (name, profile, node_id) in devices {
         text += &format!(
             "\n[[device]]\nname = \"{name}\"\nprofile = \"{profile}\"\nbus = \"can0\"\nnode_id = {node_id}\n"
         );
     }
     text
+}
+
+/// What the bus of a configuration is.
+#[derive(Debug, Clone, Copy)]
+pub enum Bus<'a> {
+    /// A CAN interface of the kernel.
+    Interface(&'a Vcan),
+    /// Nothing outside the daemon.
+    Virtual,
+    /// A virtual bus that this TCP port leads to.
+    Socketcand(u16),
 }
 
 /// A TCP port of 127.0.0.1 that nobody listens on.

@@ -18,7 +18,7 @@ mod temp;
 mod vcan;
 
 pub use capture::story;
-pub use daemon::{Daemon, axisd, config, free_port};
+pub use daemon::{Bus, Daemon, axisd, config, free_port};
 pub use peer::{Master, Peer, objects_in_eds};
 pub use temp::TempDir;
 pub use vcan::{Vcan, Wire};

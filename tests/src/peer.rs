@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::process::{Line, Process, Stream};
-use crate::{TempDir, Vcan, axisd, config};
+use crate::{Bus, TempDir, Vcan, axisd, config};
 
 const SCRIPT_PATIENCE: Duration = Duration::from_secs(180);
 
@@ -96,7 +96,7 @@ fn finish(mut script: Process) -> String {
 }
 
 fn write_eds(dir: &TempDir, profile: &str) -> PathBuf {
-    let file = dir.write("axisd.toml", &config("virtual", &[("axis1", profile, 1)]));
+    let file = dir.write("axisd.toml", &config(Bus::Virtual, &[("axis1", profile, 1)]));
     let file = file.to_str().expect("temporary paths are UTF-8");
     let output = axisd(&["eds", "--config", file, "--device", "axis1"]);
     assert!(output.status.success(), "axisd eds: {}", String::from_utf8_lossy(&output.stderr));

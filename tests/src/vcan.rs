@@ -56,12 +56,6 @@ impl Vcan {
     pub fn name(&self) -> &str {
         &self.0
     }
-
-    /// The link of a bus on it, as a configuration names it.
-    #[must_use]
-    pub fn link(&self) -> String {
-        format!("socketcan:{}", self.0)
-    }
 }
 
 impl Default for Vcan {

@@ -1,6 +1,6 @@
 //! The short commands of `axisd`: check and eds.
 
-use tests::{TempDir, axisd, objects_in_eds};
+use tests::{Bus, TempDir, axisd, config, objects_in_eds};
 
 #[test]
 fn check_names_every_error_with_its_place() {
@@ -36,7 +36,7 @@ node_id = 128
 #[test]
 fn check_accepts_a_good_configuration() {
     let dir = TempDir::new();
-    let file = dir.write("good.toml", &tests::config("virtual", &[("axis1", "jvl-mac00-fc4", 1)]));
+    let file = dir.write("good.toml", &config(Bus::Virtual, &[("axis1", "jvl-mac00-fc4", 1)]));
     let file = file.to_str().expect("temporary paths are UTF-8");
 
     let output = axisd(&["check", file]);

@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 
-use tests::{Daemon, Master, PATIENCE, axisd, free_port};
+use tests::{Bus, Daemon, Master, PATIENCE, axisd, config, free_port};
 
 const PROFILE: &str = "jvl-mac00-fc4";
 
@@ -17,6 +17,16 @@ fn python_canopen_drives_an_axis() {
     let (_daemon, master) = demo();
 
     let log = master.run("drive402", &[]);
+
+    insta::with_settings!({ prepend_module_to_snapshot => false }, { insta::assert_snapshot!("drive402", log) });
+}
+
+#[test]
+fn python_canopen_drives_a_drive_of_the_plain_standard() {
+    let port = free_port();
+    let _daemon = Daemon::start(&config(Bus::Socketcand(port), &[("axis1", "cia402-servo", 1)]));
+
+    let log = Master::at(port, "cia402-servo").run("drive402", &[]);
 
     insta::with_settings!({ prepend_module_to_snapshot => false }, { insta::assert_snapshot!("drive402", log) });
 }

@@ -2,7 +2,7 @@
 
 mod garbage;
 
-use tests::{Daemon, Master, Vcan, Wire, config, story};
+use tests::{Bus, Daemon, Master, Vcan, Wire, config, story};
 
 const PROFILE: &str = "jvl-mac00-fc4";
 
@@ -10,7 +10,7 @@ const READ_DEVICE_TYPE: &str = "601#4000100000000000";
 const DEVICE_TYPE: &str = "581#4300100092010200";
 
 fn one_drive(interface: &Vcan) -> Daemon {
-    Daemon::start(&config(&interface.link(), &[("axis1", PROFILE, 1)]))
+    Daemon::start(&config(Bus::Interface(interface), &[("axis1", PROFILE, 1)]))
 }
 
 #[test]
@@ -31,7 +31,8 @@ fn python_canopen_drives_an_axis() {
 #[test]
 fn two_axes_move_at_once() {
     let interface = Vcan::new();
-    let _daemon = Daemon::start(&config(&interface.link(), &[("axis1", PROFILE, 1), ("axis2", PROFILE, 2)]));
+    let _daemon =
+        Daemon::start(&config(Bus::Interface(&interface), &[("axis1", PROFILE, 1), ("axis2", PROFILE, 2)]));
 
     let log = Master::on(&interface, PROFILE).run("two_drives", &[]);
 

@@ -162,11 +162,11 @@ impl Node {
 
     /// Takes one frame from the bus. Frames that nobody subscribed to are ignored.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame, application: &mut Dictionary) {
-        let first = self.services.partition_point(|(id, _)| *id < frame.id);
-        let mut position = first;
-        while let Some((_, service)) = self.services.get(position).filter(|(id, _)| *id == frame.id) {
-            self.serve(now, *service, frame, application);
-            position += 1;
+        let mut next = self.services.partition_point(|(id, _)| *id < frame.id);
+        while let Some((_, service)) = self.services.get(next).copied().filter(|(id, _)| *id == frame.id) {
+            self.serve(now, service, frame, application);
+            // Serving it may have changed the list.
+            next = self.services.partition_point(|known| *known <= (frame.id, service));
         }
     }
 

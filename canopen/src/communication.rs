@@ -2,6 +2,8 @@
 
 use od::{AbortCode, Address, Data, Dictionary, Entry, Origin, Slot, Value, Write};
 
+use crate::CobId;
+
 /// Where the communication area ends; behind it are the device's own objects.
 const END: u16 = 0x2000;
 
@@ -36,6 +38,11 @@ pub(crate) const MAX_PDOS: u16 = 512;
 /// The unsigned value at `index:sub`; zero when the profile does not have it.
 pub(crate) fn parameter(dictionary: &Dictionary, index: u16, sub: u8) -> u64 {
     dictionary.find(Address::new(index, sub)).map_or(0, |slot| dictionary.raw(slot))
+}
+
+/// The COB-ID parameter `index`, if the profile has it.
+pub(crate) fn cob_id(dictionary: &Dictionary, index: u16) -> Option<CobId> {
+    dictionary.find(Address::new(index, 0)).ok().map(|slot| CobId(dictionary.raw(slot) as u32))
 }
 
 /// Both dictionaries of a device, as an SDO client sees them: one.

@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use bitflags::bitflags;
 use od::{Address, Dictionary, Instant};
 
-use crate::communication::{COB_ID_EMCY, ERROR_FIELD, ERROR_REGISTER, INHIBIT_TIME_EMCY, parameter};
+use crate::Frame;
+use crate::communication::{COB_ID_EMCY, ERROR_FIELD, ERROR_REGISTER, INHIBIT_TIME_EMCY, cob_id, parameter};
 use crate::pdo::inhibit_time;
-use crate::{CobId, Frame};
 
 bitflags! {
     /// The error register, 0x1001.
@@ -117,10 +117,12 @@ impl Producer {
         if self.waiting.is_empty() || now < self.not_before {
             return None;
         }
-        let message = self.waiting.pop_front()?;
+        let Some(cob_id) = cob_id(communication, COB_ID_EMCY).filter(|cob_id| cob_id.is_valid()) else {
+            self.waiting.clear();
+            return None;
+        };
         self.not_before = now + inhibit_time(parameter(communication, INHIBIT_TIME_EMCY, 0));
-        let cob_id = CobId(parameter(communication, COB_ID_EMCY, 0) as u32);
-        cob_id.is_valid().then(|| Frame::new(cob_id.id(), &message))
+        self.waiting.pop_front().map(|message| Frame::new(cob_id.id(), &message))
     }
 
     /// When the next message may be sent.

@@ -15,7 +15,7 @@ use crate::emcy::Producer;
 use crate::pdo::{Occasion, Pdos, Reception, Tpdo};
 use crate::rules;
 use crate::sdo::{Server, Step};
-use crate::{CobId, Emergency, Frame, Id, NmtCommand, NmtState};
+use crate::{Emergency, Frame, Id, NmtCommand, NmtState};
 
 /// What the owner of a node is to act on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -386,8 +386,8 @@ impl Node {
         self.services.clear();
         self.services.push((Id::Standard(NMT), Service::Nmt));
         self.services.push((Id::Standard(SDO_RECEIVE + u16::from(self.node_id)), Service::Sdo));
-        let sync = CobId(parameter(&self.communication, objects::COB_ID_SYNC, 0) as u32);
-        self.services.push((sync.id(), Service::Sync));
+        let sync = objects::cob_id(&self.communication, objects::COB_ID_SYNC);
+        self.services.extend(sync.map(|cob_id| (cob_id.id(), Service::Sync)));
         self.services.extend(self.pdos.rpdo_ids().map(|(position, id)| (id, Service::Rpdo(position))));
         self.services
             .extend(self.pdos.request_ids().map(|(position, id)| (id, Service::TpdoRequest(position))));

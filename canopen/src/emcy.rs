@@ -53,6 +53,11 @@ impl Emergency {
     pub(crate) fn communication(code: u16, detail: [u8; 5]) -> Self {
         Self { code, register: ErrorRegister::COMMUNICATION, detail }
     }
+
+    /// Whether it came from the node, not from the device behind it.
+    fn is_of_this_node(&self) -> bool {
+        matches!(self.code, Self::PDO_TOO_SHORT | Self::PDO_TOO_LONG | Self::SYNC_LENGTH)
+    }
 }
 
 /// Errors that may stand at the same time; further ones are not told apart.
@@ -89,9 +94,12 @@ impl Producer {
         }
     }
 
-    /// Forgets everything, as a reset does.
-    pub(crate) fn reset(&mut self) {
-        *self = Self::default();
+    /// Starts anew, as on power-on and on a reset of the communication: what is wrong with the device still is, and
+    /// is told again.
+    pub(crate) fn restart(&mut self, communication: &mut Dictionary) {
+        let before = core::mem::take(self);
+        let standing = before.active.into_iter().filter(|emergency| !emergency.is_of_this_node());
+        standing.for_each(|emergency| self.raise(communication, emergency));
     }
 
     fn announce(&mut self, communication: &mut Dictionary, code: u16, detail: [u8; 5]) {

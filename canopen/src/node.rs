@@ -258,6 +258,7 @@ impl Node {
             Some(NmtCommand::EnterPreOperational) => self.enter(now, NmtState::PreOperational),
             Some(NmtCommand::ResetNode) => {
                 self.notify(Event::Reset);
+                self.emcy = Producer::default();
                 self.boot(now, application.schema());
             }
             Some(NmtCommand::ResetCommunication) => self.boot(now, application.schema()),
@@ -345,7 +346,7 @@ impl Node {
     fn boot(&mut self, now: Instant, application: &Schema) {
         self.communication.reset();
         self.sdo.reset();
-        self.emcy.reset();
+        self.emcy.restart(&mut self.communication);
         self.outbox.clear();
         self.is_synced = false;
         self.pdos.reload_all(now, &self.communication, application);

@@ -12,7 +12,7 @@ use crate::cob_id::{NMT, NMT_ERROR_CONTROL, SDO_RECEIVE, SDO_TRANSMIT};
 use crate::communication::{self as objects, Objects, parameter};
 use crate::deadline;
 use crate::emcy::Producer;
-use crate::pdo::{Occasion, Pdos, Reception, Tpdo};
+use crate::pdo::{Occasion, Pdos, Tpdo};
 use crate::rules;
 use crate::sdo::{Server, Step};
 use crate::{Emergency, Frame, Id, NmtCommand, NmtState};
@@ -283,18 +283,20 @@ impl Node {
         let Some(rpdo) = self.pdos.receive.get_mut(position) else { return };
         let [low, high] = (rpdo.parameters.number + 1).to_le_bytes();
         let detail = [low, high, frame.len() as u8, 0, 0];
-        let reception = rpdo.receive(frame.payload());
-        if reception != Reception::TooShort && !rpdo.is_synchronous() {
+        let before = rpdo.reception;
+        rpdo.receive(frame.payload());
+        let after = rpdo.reception;
+        if !rpdo.is_synchronous() {
             let is_taken = rpdo.apply(application, self.origin, &mut self.batch);
             self.counters.refused_rpdos += u64::from(!is_taken);
         }
-        match reception {
-            Reception::Good => {
-                self.clear(Emergency::PDO_TOO_SHORT);
-                self.clear(Emergency::PDO_TOO_LONG);
-            }
-            Reception::TooLong => self.raise(Emergency::communication(Emergency::PDO_TOO_LONG, detail)),
-            Reception::TooShort => self.raise(Emergency::communication(Emergency::PDO_TOO_SHORT, detail)),
+        if let Some(code) = after.error() {
+            self.raise(Emergency::communication(code, detail));
+        }
+        if let Some(code) = before.error()
+            && self.pdos.receive.iter().all(|r| r.reception != before || !r.is_active())
+        {
+            self.clear(code);
         }
     }
 

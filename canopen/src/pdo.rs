@@ -37,9 +37,12 @@ impl Pdos {
         })
     }
 
-    /// Takes over all parameters.
+    /// Takes over all parameters, as a reset does.
     pub(crate) fn reload_all(&mut self, now: Instant, communication: &Dictionary, application: &Schema) {
-        self.receive.iter_mut().for_each(|r| r.reload(communication, application));
+        for rpdo in &mut self.receive {
+            rpdo.reload(communication, application);
+            rpdo.reception = Reception::Good;
+        }
         self.transmit.iter_mut().for_each(|t| t.reload(now, communication, application));
     }
 
@@ -89,10 +92,10 @@ impl Pdos {
         }
     }
 
-    /// Position and identifier of every valid RPDO.
+    /// Position and identifier of every active RPDO.
     pub(crate) fn rpdo_ids(&self) -> impl Iterator<Item = (usize, Id)> {
-        let cob_ids = self.receive.iter().map(|r| r.cob_id).enumerate();
-        cob_ids.filter(|(_, c)| c.is_valid()).map(|(position, c)| (position, c.id()))
+        let rpdos = self.receive.iter().enumerate().filter(|(_, r)| r.is_active());
+        rpdos.map(|(position, r)| (position, r.cob_id.id()))
     }
 
     /// Position and identifier of every valid TPDO that may be asked for by RTR.

@@ -1,9 +1,11 @@
 //! Process data into the device.
 
+use core::cmp::Ordering;
+
 use od::{Data, Dictionary, Mapping, Origin, Schema, Write};
 
 use super::parameters::{Parameters, Transmission};
-use crate::CobId;
+use crate::{CobId, Emergency};
 
 /// What became of a received PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,11 +18,24 @@ pub(crate) enum Reception {
     TooShort,
 }
 
+impl Reception {
+    /// The emergency error code that reports it.
+    pub(crate) fn error(self) -> Option<u16> {
+        match self {
+            Self::Good => None,
+            Self::TooLong => Some(Emergency::PDO_TOO_LONG),
+            Self::TooShort => Some(Emergency::PDO_TOO_SHORT),
+        }
+    }
+}
+
 /// One RPDO.
 #[derive(Debug)]
 pub(crate) struct Rpdo {
     pub(crate) parameters: Parameters,
     pub(crate) cob_id: CobId,
+    /// What became of the last one.
+    pub(crate) reception: Reception,
     transmission: Transmission,
     mapping: Mapping,
     latched: Option<[u8; 8]>,
@@ -30,7 +45,14 @@ impl Rpdo {
     pub(crate) fn new(parameters: Parameters, communication: &Dictionary) -> Self {
         let (cob_id, transmission) =
             (parameters.cob_id(communication), parameters.transmission(communication));
-        Self { parameters, cob_id, transmission, mapping: Mapping::default(), latched: None }
+        Self {
+            parameters,
+            cob_id,
+            reception: Reception::Good,
+            transmission,
+            mapping: Mapping::default(),
+            latched: None,
+        }
     }
 
     /// Takes over changed parameters.
@@ -47,18 +69,26 @@ impl Rpdo {
         self.latched = None;
     }
 
-    /// Latches a payload; [`Rpdo::take`] gives it back when it is due.
-    pub(crate) fn receive(&mut self, payload: &[u8]) -> Reception {
-        let expected = self.mapping.bytes();
-        if payload.len() < expected {
-            return Reception::TooShort;
+    /// Whether frames with its identifier concern this RPDO.
+    pub(crate) fn is_active(&self) -> bool {
+        self.cob_id.is_valid() && self.mapping.bytes() > 0
+    }
+
+    /// Latches a payload until [`Rpdo::apply`].
+    pub(crate) fn receive(&mut self, payload: &[u8]) {
+        self.reception = match payload.len().cmp(&self.mapping.bytes()) {
+            Ordering::Less => Reception::TooShort,
+            Ordering::Equal => Reception::Good,
+            Ordering::Greater => Reception::TooLong,
+        };
+        if self.reception == Reception::TooShort {
+            return;
         }
         let mut latched = [0; 8];
         for (to, from) in latched.iter_mut().zip(payload) {
             *to = *from;
         }
         self.latched = Some(latched);
-        if payload.len() > expected { Reception::TooLong } else { Reception::Good }
     }
 
     /// Whether what was received waits for a SYNC.

@@ -5,6 +5,7 @@ use core::time::Duration;
 use od::{Dictionary, Instant, Mapping, Schema};
 
 use super::parameters::{Parameters, Transmission};
+use crate::deadline::following;
 use crate::{CobId, Frame};
 
 /// What has happened since a TPDO was last looked at.
@@ -150,7 +151,8 @@ impl Tpdo {
         self.is_due = false;
         if self.transmission == Transmission::Event {
             self.not_before = now + self.inhibit;
-            self.event_deadline = self.event_period.map(|period| now + period);
+            let expired = self.event_deadline.map_or(now, |deadline| deadline.min(now));
+            self.event_deadline = self.event_period.map(|period| following(expired, period, now));
         }
         Frame::new(self.cob_id.id(), payload.get(..self.mapping.bytes()).unwrap_or_default())
     }

@@ -124,15 +124,16 @@ impl Tpdo {
             }
             Transmission::Acyclic | Transmission::Rtr => (None, is_requested),
             Transmission::Event => {
+                self.is_due |= is_requested;
                 let payload = self.event(now, application, occasion.has_changed);
-                (payload, payload.is_some() || is_requested)
+                (payload, payload.is_some())
             }
         };
         is_sent.then(|| self.send(now, payload.unwrap_or_else(|| self.pack(application))))
     }
 
-    /// The payload if an event-driven TPDO is due: its values changed, or its event timer expired, and the
-    /// inhibit time is over.
+    /// The payload if an event-driven TPDO is due: its values changed, its event timer expired or it was asked for,
+    /// and the inhibit time is over.
     fn event(&mut self, now: Instant, application: &Dictionary, has_changed: bool) -> Option<[u8; 8]> {
         let mut payload = None;
         if has_changed && !self.is_due {

@@ -337,8 +337,9 @@ impl Node {
                 objects::HEARTBEAT_PRODUCER => self.start_heartbeat(now),
                 objects::COB_ID_SYNC => self.resubscribe(),
                 index => {
-                    self.pdos.reload(now, index, &self.communication, application);
-                    self.resubscribe();
+                    if self.pdos.reload(now, index, &self.communication, application) {
+                        self.resubscribe();
+                    }
                 }
             }
         }

@@ -46,15 +46,15 @@ impl Pdos {
         self.transmit.iter_mut().for_each(|t| t.reload(now, communication, application));
     }
 
-    /// Takes over the parameters of the PDO that the object `index` belongs to, if it does.
+    /// Takes over the parameters of the PDO that the object `index` belongs to; returns whether it does.
     pub(crate) fn reload(
         &mut self,
         now: Instant,
         index: u16,
         communication: &Dictionary,
         application: &Schema,
-    ) {
-        let Some(record) = Record::at(index) else { return };
+    ) -> bool {
+        let Some(record) = Record::at(index) else { return false };
         let is_meant = |p: &Parameters| p.direction == record.direction && p.number == record.number;
         self.receive
             .iter_mut()
@@ -62,6 +62,7 @@ impl Pdos {
             .for_each(|r| r.reload(communication, application));
         let transmit = self.transmit.iter_mut().filter(|t| is_meant(&t.parameters));
         transmit.for_each(|t| t.reload(now, communication, application));
+        true
     }
 
     /// Starts anew, as after a change of the NMT state.

@@ -9,29 +9,37 @@ use crate::Id;
 pub struct Router {
     standard: Vec<Vec<u16>>,
     extended: BTreeMap<u32, Vec<u16>>,
+    subscriptions: BTreeMap<u16, Vec<Id>>,
 }
 
 impl Default for Router {
     fn default() -> Self {
-        Self { standard: vec![Vec::new(); 0x800], extended: BTreeMap::new() }
+        Self { standard: vec![Vec::new(); 0x800], extended: BTreeMap::new(), subscriptions: BTreeMap::new() }
     }
 }
 
 impl Router {
     /// Makes `ids` the only identifiers that `receiver` hears.
     pub fn subscribe(&mut self, receiver: u16, ids: impl IntoIterator<Item = Id>) {
-        for receivers in self.standard.iter_mut().chain(self.extended.values_mut()) {
-            receivers.retain(|r| *r != receiver);
+        let mut subscription = self.subscriptions.remove(&receiver).unwrap_or_default();
+        for id in subscription.drain(..) {
+            self.list(id).into_iter().for_each(|receivers| receivers.retain(|r| *r != receiver));
         }
         self.extended.retain(|_, receivers| !receivers.is_empty());
         for id in ids {
-            let receivers = match id {
-                Id::Standard(id) => self.standard.get_mut(usize::from(id)),
-                Id::Extended(id) => Some(self.extended.entry(id).or_default()),
-            };
-            if let Some(receivers) = receivers.filter(|r| !r.contains(&receiver)) {
+            if let Some(receivers) = self.list(id).filter(|r| !r.contains(&receiver)) {
                 receivers.push(receiver);
+                subscription.push(id);
             }
+        }
+        self.subscriptions.insert(receiver, subscription);
+    }
+
+    /// The receivers of `id`, to be changed.
+    fn list(&mut self, id: Id) -> Option<&mut Vec<u16>> {
+        match id {
+            Id::Standard(id) => self.standard.get_mut(usize::from(id)),
+            Id::Extended(id) => Some(self.extended.entry(id).or_default()),
         }
     }
 

@@ -1,0 +1,83 @@
+//! From a frame to its answer no memory is allocated.
+#![allow(unsafe_code, reason = "an allocator is unsafe by nature; this one only counts")]
+
+mod bench;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use bench::{Bench, frame_of};
+use canopen::Frame;
+use core::time::Duration;
+
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: everything is left to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: as the caller promised.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as the caller promised.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+/// What a master and a device do all day.
+fn traffic(bench: &mut Bench, frames: &[Frame]) -> usize {
+    let slot = bench.device.find(od::Address::new(0x6000, 1)).unwrap();
+    let mut sent = 0;
+    for frame in frames {
+        bench.device.set(slot, bench.device.raw(slot) + 1);
+        bench.now = bench.now + Duration::from_millis(1);
+        bench.node.handle_timeout(bench.now);
+        bench.node.handle_frame(bench.now, frame, &mut bench.device);
+        while bench.device.take_written().is_some() {}
+        bench.node.sample(bench.now, &bench.device);
+        while bench.node.poll_transmit().is_some() {
+            sent += 1;
+        }
+    }
+    sent
+}
+
+#[test]
+fn a_warm_node_answers_without_allocating() {
+    let mut bench = Bench::operational();
+    bench.configure("1017:00", 10);
+    let frames: Vec<Frame> = [
+        "601#4000100000000000", // expedited upload
+        "601#2F05200011000000", // and download
+        "601#4008100000000000", // segmented upload
+        "601#6000000000000000",
+        "601#7000000000000000",
+        "601#210A200008000000", // and download
+        "601#0001020304050607",
+        "601#1D08000000000000",
+        "601#4000200000000000", // refusals
+        "601#2F01200002000000",
+        "201#1122",
+        "301#33",
+        "080#",
+        "181#R",
+        "7FF#00",
+        "000#0101",
+    ]
+    .map(frame_of)
+    .into();
+    traffic(&mut bench, &frames);
+    let before = ALLOCATIONS.get();
+    let sent = (0..100).map(|_| traffic(&mut bench, &frames)).sum::<usize>();
+    assert_eq!(ALLOCATIONS.get() - before, 0);
+    assert!(sent > 2500, "{sent}");
+}

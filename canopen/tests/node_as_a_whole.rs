@@ -1,0 +1,211 @@
+//! Whatever happens on the bus, a node does only what CiA 301 allows, at once or at a time to come, and a recorded
+//! bus replays to the same frames.
+
+mod bench;
+
+use core::time::Duration;
+
+use bench::{Bench, device};
+use canopen::{CobId, Emergency, ErrorRegister, Frame, Id, NmtState};
+use od::{Address, Dictionary, Schema};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::select;
+
+#[derive(Clone, Debug)]
+enum Step {
+    /// This frame comes from the bus.
+    Frame(Frame),
+    /// Time passes, every deadline in it is served.
+    Pass(Duration),
+    /// Time passes, nobody serves the deadlines in it.
+    Sleep(Duration),
+    /// An input of the device changes.
+    Show(u8, u64),
+    /// An error comes.
+    Raise(u16),
+    /// An error goes.
+    Clear(u16),
+}
+
+fn steps() -> impl Strategy<Value = Vec<Step>> {
+    let short = prop_oneof![
+        (0..20_000_u64).prop_map(Duration::from_micros),
+        (0..100_u64).prop_map(Duration::from_millis),
+    ];
+    let long = prop_oneof![Just(Duration::from_secs(1)), (0..100_000_u64).prop_map(Duration::from_millis)];
+    let step = prop_oneof![
+        20 => frame().prop_map(Step::Frame),
+        4 => short.prop_map(Step::Pass),
+        1 => long.prop_map(Step::Sleep),
+        3 => (1..=8_u8, 0..4_u64).prop_map(|(sub, value)| Step::Show(sub, value)),
+        1 => (1..40_u16).prop_map(Step::Raise),
+        1 => (1..40_u16).prop_map(Step::Clear),
+    ];
+    vec(step, 1..200)
+}
+
+fn frame() -> impl Strategy<Value = Frame> {
+    let known = select(vec![0x080, 0x081, 0x181, 0x201, 0x281, 0x301, 0x381, 0x401, 0x481, 0x501, 0x601]);
+    let id = prop_oneof![
+        8 => known.prop_map(Id::Standard),
+        1 => (0..0x800_u16).prop_map(Id::Standard),
+        1 => (0..0x2000_0000_u32).prop_map(Id::Extended),
+    ];
+    let nmt = (select(vec![1, 1, 1, 2, 0x80, 0x81, 0x82, 0]), select(vec![0, 1, 2]));
+    prop_oneof![
+        2 => nmt.prop_map(|(command, node_id)| Frame::new(Id::Standard(0), &[command, node_id])),
+        2 => Just(Frame::new(Id::Standard(0x080), &[])),
+        2 => (id.clone(), 0..=8_u8).prop_map(|(id, len)| Frame::remote(id, len)),
+        4 => (id, vec(any::<u8>(), 0..=8)).prop_map(|(id, payload)| Frame::new(id, &payload)),
+        12 => sdo().prop_map(|message| Frame::new(Id::Standard(0x601), &message)),
+    ]
+}
+
+fn sdo() -> impl Strategy<Value = [u8; 8]> {
+    let addresses = |schema: Schema| schema.entries().map(|(address, _)| address).collect::<Vec<_>>();
+    let pdos: Vec<Address> =
+        addresses(device::communication()).into_iter().filter(|a| a.index >= 0x1400).collect();
+    let address = prop_oneof![
+        select(addresses(device::communication())),
+        select(pdos),
+        select(addresses(device::application())),
+    ];
+    let cob_id = (select(vec![0_u32, 0x2000_0000, 0x4000_0000, 0x8000_0000]), 0..=5_u32)
+        .prop_map(|(flags, n)| flags | (0x81 + 0x100 * n));
+    let mapped =
+        vec![0x6000_0108, 0x6000_0208, 0x6200_0108, 0x2001_0001, 0x2010_0018, 0x201B_0040, 0x0005_0008];
+    let value = prop_oneof![
+        2 => cob_id,
+        2 => select(mapped),
+        2 => 0..3_u32,
+        1 => 0..300_u32,
+        1 => any::<u32>(),
+    ];
+    let initiate = prop_oneof![
+        4 => select(vec![0x23, 0x27, 0x2B, 0x2F, 0x22]),
+        1 => select(vec![0x20, 0x21]),
+        2 => Just(0x40),
+        1 => any::<u8>(),
+    ];
+    let segment = (select(vec![0x00, 0x10, 0x01, 0x11, 0x60, 0x70, 0x0D, 0x80]), any::<[u8; 7]>());
+    prop_oneof![
+        6 => (initiate, address, value).prop_map(|(command, Address { index, sub }, value)| {
+            let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
+            [command, low, high, sub, a, b, c, d]
+        }),
+        2 => segment.prop_map(|(command, [a, b, c, d, e, f, g])| [command, a, b, c, d, e, f, g]),
+    ]
+}
+
+/// Takes one step and checks every frame that comes out of it.
+fn take(bench: &mut Bench, step: &Step) -> Vec<Frame> {
+    let sent = match step {
+        Step::Frame(frame) => bench.handle(frame),
+        Step::Pass(time) => bench.pass(*time),
+        Step::Sleep(time) => {
+            bench.now = bench.now + *time;
+            vec![]
+        }
+        Step::Show(sub, value) => {
+            bench.show(&format!("6000:{sub:02X}"), *value);
+            vec![]
+        }
+        Step::Raise(code) => {
+            bench.node.raise(Emergency { code: *code, register: ErrorRegister::CURRENT, detail: [0; 5] });
+            vec![]
+        }
+        Step::Clear(code) => {
+            bench.node.clear(*code);
+            vec![]
+        }
+    };
+    if !matches!(step, Step::Pass(_)) {
+        assert!(sent.len() <= MOST_AT_ONCE, "{} frames after {step:?}", sent.len());
+        let answers = sent.iter().filter(|frame| frame.id == Id::Standard(0x581)).count();
+        assert!(answers <= 1, "{answers} answers to {step:?}");
+    }
+    bench.node.handle_timeout(bench.now);
+    let late = bench.settle();
+    assert!(late.len() <= MOST_AT_ONCE, "{} frames after {step:?}", late.len());
+    assert!(bench.node.poll_timeout().is_none_or(|next| next > bench.now), "busy after {step:?}");
+    let sent = [sent, late].concat();
+    sent.iter().for_each(|frame| check(frame, bench));
+    sent
+}
+
+/// Four TPDOs, 16 emergency messages, an SDO answer, an SDO abort, a heartbeat and a boot-up message.
+const MOST_AT_ONCE: usize = 24;
+
+fn check(frame: &Frame, bench: &Bench) {
+    assert!(!frame.is_remote, "{frame}");
+    let is_legal = match frame.id {
+        Id::Standard(0x581) => is_sdo_answer(frame),
+        Id::Standard(0x701) => is_error_control(frame, bench.node.state()),
+        _ => is_emcy(frame, bench.node.communication()) || is_tpdo(frame, bench),
+    };
+    assert!(is_legal, "{frame} in {:?}", bench.node.state());
+}
+
+fn is_sdo_answer(frame: &Frame) -> bool {
+    let Some([command, ..]) = frame.eight() else { return false };
+    match command {
+        0x80 | 0x60 | 0x20 | 0x30 | 0x41 | 0x43 | 0x47 | 0x4B | 0x4F => true,
+        _ => command & 0xE0 == 0, // an upload segment
+    }
+}
+
+fn is_error_control(frame: &Frame, state: NmtState) -> bool {
+    frame.payload() == [0] || frame.payload() == [state as u8]
+}
+
+fn parameter(communication: &Dictionary, index: u16, sub: u8) -> u32 {
+    communication.raw(communication.find(Address::new(index, sub)).unwrap()) as u32
+}
+
+fn is_emcy(frame: &Frame, communication: &Dictionary) -> bool {
+    let cob_id = CobId(parameter(communication, 0x1014, 0));
+    cob_id.is_valid() && cob_id.id() == frame.id && frame.len() == 8
+}
+
+fn is_tpdo(frame: &Frame, bench: &Bench) -> bool {
+    let communication = bench.node.communication();
+    bench.node.state() == NmtState::Operational
+        && (0..4).any(|number| {
+            let cob_id = CobId(parameter(communication, 0x1800 + number, 1));
+            let count = parameter(communication, 0x1A00 + number, 0) as u8;
+            let mapped = (1..=count).map(|sub| parameter(communication, 0x1A00 + number, sub) & 0xFF);
+            let bits: u32 = mapped.sum();
+            cob_id.is_valid() && cob_id.id() == frame.id && frame.len() == bits.div_ceil(8) as usize
+        })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_node_sends_only_what_is_legal_and_the_same_again(steps in steps()) {
+        let run = || {
+            let mut bench = Bench::new();
+            let frames: Vec<Vec<Frame>> = steps.iter().map(|step| take(&mut bench, step)).collect();
+            (frames, bench.events(), bench.node.counters())
+        };
+        prop_assert_eq!(run(), run());
+    }
+
+    #[test]
+    fn a_reset_leaves_no_trace(steps in steps()) {
+        let mut bench = Bench::new();
+        steps.iter().for_each(|step| drop(take(&mut bench, step)));
+        prop_assert_eq!(bench.send("000#8101"), [bench::frame_of("701#00")]);
+        bench.now = bench.now + Duration::from_secs(10);
+        let fresh = Bench::new();
+        let (node, new) = (&bench.node, &fresh.node);
+        for (address, _) in new.communication().schema().entries() {
+            let value = |dictionary: &Dictionary| dictionary.value(dictionary.find(address).unwrap()).cloned();
+            prop_assert_eq!(value(node.communication()), value(new.communication()), "{}", address);
+        }
+        prop_assert!(node.subscriptions().eq(new.subscriptions()));
+        prop_assert_eq!(node.poll_timeout(), None);
+    }
+}

@@ -1,2 +1,7 @@
 //! The `axisd` daemon.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    daemon::cli::main()
+}

@@ -1,0 +1,414 @@
+//! The core without I/O: every device and every bus engine, owned by value. Frames and the time go in, frames and
+//! notices come out.
+//!
+//! Whoever drives it hands it each frame with the time of its reception ([`Core::handle_frame`]) and each
+//! deadline it asked for ([`Core::poll_timeout`], [`Core::handle_timeout`]), and after either sends what
+//! [`Core::poll_transmit`] yields, in that order.
+//!
+//! * What is due on a device before it hears a frame runs before it hears it. So the raster steps of an axis lie
+//!   between frames where their times say, however late the loop woke up.
+//! * All nodes that listen to a frame hear it before the first of them answers: after a SYNC all samples are of
+//!   one moment.
+//! * A frame that one of our nodes sends reaches our other nodes on that link as on a wire, in bus order, because
+//!   the kernel does not hand a socket its own frames.
+
+mod deadlines;
+
+use core::ops::Range;
+use core::time::Duration;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use canopen::{Emergency, ErrorRegister, Event, Frame, Id, NmtState, Node, NodeError, Router};
+use od::Instant;
+use profiles::{Device, DeviceEvent, Profile};
+use thiserror::Error;
+
+use deadlines::Deadlines;
+
+/// A link by its number in the configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LinkId(pub u16);
+
+/// A device to be built.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What it is.
+    pub profile: Arc<Profile>,
+    /// The links it is a node of, with its Node-ID there.
+    pub nodes: Vec<(LinkId, u8)>,
+}
+
+/// A profile that cannot be built.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("device {device}: {reason}")]
+pub struct PlanError {
+    /// Position of the device.
+    pub device: usize,
+    /// What is wrong.
+    pub reason: NodeError,
+}
+
+/// What may be worth a line in the log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Notice {
+    /// The device has an error with this code.
+    Fault(u16),
+    /// The error with this code is over.
+    FaultOver(u16),
+    /// The node was reset over the bus.
+    Reset,
+    /// The NMT state is now this one.
+    Nmt(NmtState),
+    /// So many raster steps were dropped, because the device was served too late.
+    DroppedSteps(u64),
+}
+
+/// What was lost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Frames that did not reach our own nodes because too many were under way.
+    pub dropped_on_wire: u64,
+    /// Notices that nobody took.
+    pub dropped_notices: u64,
+}
+
+/// Frames that may pass the wires in one wake-up, and how long the rest then waits: more than the fastest classic
+/// CAN bus carries, so only nodes that answer each other without end ever meet it.
+const MAX_PASSING: usize = 1024;
+const PAUSE: Duration = Duration::from_millis(20);
+/// Frames that may wait to pass the wires.
+const MAX_ON_WIRE: usize = 8 * MAX_PASSING;
+/// Notices that may wait.
+const MAX_NOTICES: usize = 256;
+
+/// A node and where it belongs.
+#[derive(Debug)]
+struct Member {
+    node: Node,
+    unit: usize,
+    link: LinkId,
+    is_started: bool,
+}
+
+/// A device and its nodes, one on each of its links.
+struct Unit {
+    device: Device,
+    members: Range<usize>,
+}
+
+/// A frame on its way to our nodes.
+#[derive(Debug)]
+struct Passing {
+    link: LinkId,
+    sender: Option<u16>,
+    frame: Frame,
+}
+
+/// See the module's documentation.
+pub struct Core {
+    units: Vec<Unit>,
+    members: Vec<Member>,
+    routers: Vec<Router>,
+    deadlines: Deadlines,
+    wire: VecDeque<Passing>,
+    /// When the wires carry frames again, if too many were under way.
+    resume: Option<Instant>,
+    hearers: Vec<u16>,
+    outbox: VecDeque<(LinkId, Frame)>,
+    resubscribed: Vec<LinkId>,
+    notices: VecDeque<(usize, Notice)>,
+    counters: Counters,
+}
+
+impl Core {
+    /// Builds the devices of `plans` on links 0 to `links` - 1. All is silent until [`Core::start`].
+    ///
+    /// # Errors
+    /// The first profile that cannot become a node.
+    pub fn new(links: u16, plans: &[Plan], now: Instant) -> Result<Self, PlanError> {
+        let mut core = Self {
+            units: Vec::with_capacity(plans.len()),
+            members: Vec::with_capacity(plans.len()),
+            routers: vec![Router::default(); usize::from(links)],
+            deadlines: Deadlines::new(plans.len()),
+            wire: VecDeque::with_capacity(MAX_PASSING),
+            resume: None,
+            hearers: Vec::with_capacity(plans.len()),
+            outbox: VecDeque::with_capacity(MAX_PASSING),
+            resubscribed: Vec::with_capacity(usize::from(links)),
+            notices: VecDeque::with_capacity(MAX_NOTICES),
+            counters: Counters::default(),
+        };
+        for (unit, plan) in plans.iter().enumerate() {
+            core.add(unit, plan, now).map_err(|reason| PlanError { device: unit, reason })?;
+        }
+        Ok(core)
+    }
+
+    fn add(&mut self, unit: usize, plan: &Plan, now: Instant) -> Result<(), NodeError> {
+        let first = self.members.len();
+        let Profile { communication, application, .. } = &*plan.profile;
+        for (link, node_id) in plan.nodes.iter().copied() {
+            let node = Node::new(node_id, link.0, Arc::clone(communication), application)?;
+            self.members.push(Member { node, unit, link, is_started: false });
+        }
+        // Defaults of the application that depend on a Node-ID follow the first.
+        let node_id = plan.nodes.first().map_or(0, |(_, node_id)| *node_id);
+        let device = Device::new(Arc::clone(&plan.profile), node_id, now);
+        self.units.push(Unit { device, members: first..self.members.len() });
+        Ok(())
+    }
+
+    /// Powers on the nodes of `link`, which send their boot-up messages. Those that run go on.
+    pub fn start(&mut self, now: Instant, link: LinkId) {
+        for member in 0..self.members.len() {
+            let Some(Member { node, unit, link: own, is_started }) = self.members.get_mut(member) else {
+                continue;
+            };
+            if *own != link || core::mem::replace(is_started, true) {
+                continue;
+            }
+            let unit = *unit;
+            if let Some(Unit { device, .. }) = self.units.get(unit) {
+                node.start(now, device.dictionary());
+            }
+            self.settle(now, unit);
+            self.speak(now, unit);
+        }
+        self.pass(now);
+    }
+
+    /// Takes a frame that came in on `link`.
+    pub fn handle_frame(&mut self, now: Instant, link: LinkId, frame: &Frame) {
+        self.put_on_wire(Passing { link, sender: None, frame: *frame });
+        self.pass(now);
+    }
+
+    /// Does what is due at `now`.
+    pub fn handle_timeout(&mut self, now: Instant) {
+        while let Some(unit) = self.deadlines.due(now) {
+            self.run_due(now, unit);
+        }
+        self.pass(now);
+    }
+
+    /// When [`Core::handle_timeout`] is to be called next.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        self.deadlines.first().into_iter().chain(self.resume).min()
+    }
+
+    /// The next frame to send, and where.
+    pub fn poll_transmit(&mut self) -> Option<(LinkId, Frame)> {
+        self.outbox.pop_front()
+    }
+
+    /// The next link of which [`Core::subscriptions`] may give other identifiers now.
+    pub fn poll_resubscribed(&mut self) -> Option<LinkId> {
+        self.resubscribed.pop()
+    }
+
+    /// The next notice, and the position of the device it concerns.
+    pub fn poll_notice(&mut self) -> Option<(usize, Notice)> {
+        self.notices.pop_front()
+    }
+
+    /// Every identifier that our nodes on `link` listen to.
+    pub fn subscriptions(&self, link: LinkId) -> impl Iterator<Item = Id> {
+        self.routers.get(usize::from(link.0)).into_iter().flat_map(Router::ids)
+    }
+
+    /// Lets every axis ramp down and switch off.
+    pub fn shut_down(&mut self, now: Instant) {
+        for unit in 0..self.units.len() {
+            if let Some(Unit { device, .. }) = self.units.get_mut(unit) {
+                device.shut_down(now);
+            }
+            self.settle(now, unit);
+            self.speak(now, unit);
+        }
+        self.pass(now);
+    }
+
+    /// Whether all axes are at rest and off.
+    #[must_use]
+    pub fn is_quiet(&self) -> bool {
+        self.units.iter().all(|unit| unit.device.is_quiet())
+    }
+
+    /// What was lost on the way.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// The devices, in the order of their plans.
+    pub fn devices(&self) -> impl Iterator<Item = &Device> {
+        self.units.iter().map(|unit| &unit.device)
+    }
+
+    /// The nodes, in the order of their devices.
+    pub fn nodes(&self) -> impl Iterator<Item = &Node> {
+        self.members.iter().map(|member| &member.node)
+    }
+
+    fn put_on_wire(&mut self, passing: Passing) {
+        if self.wire.len() < MAX_ON_WIRE {
+            self.wire.push_back(passing);
+        } else {
+            self.counters.dropped_on_wire += 1;
+        }
+    }
+
+    /// Lets what is on the wires reach our nodes, and what they answer to it.
+    fn pass(&mut self, now: Instant) {
+        if self.resume.is_some_and(|resume| now < resume) {
+            return;
+        }
+        self.resume = None;
+        for _ in 0..MAX_PASSING {
+            let Some(passing) = self.wire.pop_front() else { return };
+            self.deliver(now, &passing);
+        }
+        self.resume = (!self.wire.is_empty()).then(|| now + PAUSE);
+    }
+
+    fn deliver(&mut self, now: Instant, passing: &Passing) {
+        let mut hearers = core::mem::take(&mut self.hearers);
+        hearers.clear();
+        hearers.extend(others(&self.routers, passing.link, passing.frame.id, passing.sender));
+        for hearer in &hearers {
+            self.hear(now, usize::from(*hearer), &passing.frame);
+        }
+        for hearer in &hearers {
+            if let Some(Member { unit, .. }) = self.members.get(usize::from(*hearer)) {
+                self.speak(now, *unit);
+            }
+        }
+        self.hearers = hearers;
+    }
+
+    fn hear(&mut self, now: Instant, hearer: usize, frame: &Frame) {
+        let Some(unit) = self.members.get(hearer).map(|member| member.unit) else { return };
+        if self.deadlines.is_due(unit, now) {
+            self.run_due(now, unit);
+        }
+        if let (Some(Member { node, .. }), Some(Unit { device, .. })) =
+            (self.members.get_mut(hearer), self.units.get_mut(unit))
+        {
+            node.handle_frame(now, frame, device.dictionary_mut());
+        }
+        self.settle(now, unit);
+    }
+
+    fn run_due(&mut self, now: Instant, unit: usize) {
+        let Some(Unit { device, members }) = self.units.get_mut(unit) else { return };
+        let dropped = device.dropped_steps();
+        device.advance(now);
+        let dropped = device.dropped_steps() - dropped;
+        if dropped > 0 {
+            note(&mut self.notices, &mut self.counters, unit, Notice::DroppedSteps(dropped));
+        }
+        for Member { node, .. } in self.members.get_mut(members.clone()).unwrap_or_default() {
+            node.handle_timeout(now);
+        }
+        self.settle(now, unit);
+        self.speak(now, unit);
+    }
+
+    /// Lets a device act on what was written to it and on what happened to its nodes, and its nodes on what
+    /// happened to it.
+    fn settle(&mut self, now: Instant, unit: usize) {
+        let Self { units, members, routers, resubscribed, notices, counters, .. } = self;
+        let Some(Unit { device, members: own }) = units.get_mut(unit) else { return };
+        if device.dictionary().has_written() {
+            device.apply(now);
+        }
+        let numbers = own.clone();
+        let members = members.get_mut(own.clone()).unwrap_or_default();
+        for (number, Member { node, link, .. }) in numbers.zip(&mut *members) {
+            while let Some(event) = node.poll_event() {
+                let notice = match event {
+                    Event::Reset => {
+                        device.reset(now);
+                        Some(Notice::Reset)
+                    }
+                    Event::Nmt(state) => Some(Notice::Nmt(state)),
+                    Event::Subscriptions => {
+                        if let Some(router) = routers.get_mut(usize::from(link.0)) {
+                            router.subscribe(number as u16, node.subscriptions());
+                        }
+                        if !resubscribed.contains(link) {
+                            resubscribed.push(*link);
+                        }
+                        None
+                    }
+                };
+                notice.into_iter().for_each(|n| note(notices, counters, unit, n));
+            }
+        }
+        while let Some(event) = device.poll_event() {
+            let notice = tell(event, members);
+            note(notices, counters, unit, notice);
+        }
+    }
+
+    /// Samples what the device now shows and queues what its nodes have to say.
+    fn speak(&mut self, now: Instant, unit: usize) {
+        let Some(Unit { device, members }) = self.units.get(unit) else { return };
+        let mut deadline = device.poll_timeout();
+        for number in members.clone() {
+            let Some(Unit { device, .. }) = self.units.get(unit) else { continue };
+            let Some(Member { node, link, .. }) = self.members.get_mut(number) else { continue };
+            let link = *link;
+            node.sample(now, device.dictionary());
+            deadline = deadline.into_iter().chain(node.poll_timeout()).min();
+            self.send(number, link);
+        }
+        // A deadline that stays in the past must not keep the caller from its other duties.
+        let soonest = now + Duration::from_nanos(1);
+        self.deadlines.set(unit, deadline.map(|deadline| deadline.max(soonest)));
+    }
+
+    fn send(&mut self, number: usize, link: LinkId) {
+        let sender = Some(number as u16);
+        while let Some(frame) = self.members.get_mut(number).and_then(|member| member.node.poll_transmit()) {
+            self.outbox.push_back((link, frame));
+            if others(&self.routers, link, frame.id, sender).next().is_some() {
+                self.put_on_wire(Passing { link, sender, frame });
+            }
+        }
+    }
+}
+
+/// The nodes on `link` beside the sender that hear `id`.
+fn others(routers: &[Router], link: LinkId, id: Id, sender: Option<u16>) -> impl Iterator<Item = u16> {
+    let receivers = routers.get(usize::from(link.0)).map_or(&[][..], |router| router.receivers(id));
+    receivers.iter().copied().filter(move |receiver| Some(*receiver) != sender)
+}
+
+/// Passes an event of the device on to its nodes.
+fn tell(event: DeviceEvent, members: &mut [Member]) -> Notice {
+    let nodes = members.iter_mut().map(|member| &mut member.node);
+    match event {
+        DeviceEvent::Raised(fault) => {
+            let register = ErrorRegister::from_bits_retain(fault.register);
+            let emergency = Emergency { code: fault.code, register, detail: fault.detail };
+            nodes.for_each(|node| node.raise(emergency));
+            Notice::Fault(fault.code)
+        }
+        DeviceEvent::Cleared(code) => {
+            nodes.for_each(|node| node.clear(code));
+            Notice::FaultOver(code)
+        }
+    }
+}
+
+fn note(notices: &mut VecDeque<(usize, Notice)>, counters: &mut Counters, unit: usize, notice: Notice) {
+    if notices.len() < MAX_NOTICES {
+        notices.push_back((unit, notice));
+    } else {
+        counters.dropped_notices += 1;
+    }
+}

@@ -1,0 +1,222 @@
+//! The core thread: it alone owns devices, nodes and links, and nobody else is on the way of a frame.
+//!
+//! One turn: sleep, take what has come, answer it, then do what is due. With a single CAN interface and nothing
+//! due soon it sleeps in the receiving system call itself, so that an answer costs two system calls.
+
+use core::time::Duration;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use canopen::Frame;
+use od::Instant;
+use tokio::sync::mpsc;
+
+use crate::alarm::Alarm;
+use crate::clock::Clock;
+use crate::core::{Core, LinkId};
+use crate::link::{LONGEST_BLOCK, Link, Patience, SocketCan};
+use crate::reporter::Reporter;
+use crate::socketcand::Inbound;
+use crate::wait::wait;
+
+/// How long the axes may take to ramp down at the end.
+const LONGEST_RAMP: Duration = Duration::from_secs(5);
+/// Frames of clients that are taken before everything else has its turn again.
+const CLIENT_BATCH: usize = 64;
+/// How much later than [`LONGEST_BLOCK`] a deadline must be for a sleep in the receiving system call, whose
+/// time-out is only as fine as the kernel's tick.
+const MARGIN: Duration = Duration::from_millis(50);
+
+/// What the core thread works with.
+pub(crate) struct CoreLoop {
+    pub(crate) core: Core,
+    pub(crate) links: Vec<Link>,
+    /// What socketcand clients send, if any may.
+    pub(crate) clients: Option<mpsc::Receiver<Inbound>>,
+    pub(crate) clock: Clock,
+    pub(crate) alarm: Alarm,
+    /// Set when the loop is to end; the alarm rings then.
+    pub(crate) stop: Arc<AtomicBool>,
+    pub(crate) reporter: Reporter,
+}
+
+/// How to sleep.
+enum Sleep {
+    /// In the receiving system call of the only link.
+    InReceive,
+    /// Until any link or the alarm wakes us or this time is over.
+    Until(Option<Duration>),
+}
+
+impl CoreLoop {
+    /// Runs until it is stopped and the axes have come to rest. `ready` is called when everything is served that
+    /// can be.
+    ///
+    /// # Errors
+    /// The operating system does not let it sleep.
+    pub(crate) fn run(mut self, ready: impl FnOnce()) -> io::Result<()> {
+        let mut frames = Vec::with_capacity(CLIENT_BATCH);
+        self.start(self.clock.now());
+        ready();
+        let mut has_backlog = false;
+        let mut end = None;
+        loop {
+            let now = match self.how_to_sleep(has_backlog, end) {
+                Sleep::InReceive => {
+                    let outcome = self.receive(0, Patience::Block, &mut frames);
+                    let now = self.clock.now();
+                    self.take(now, 0, outcome, &mut frames);
+                    now
+                }
+                Sleep::Until(time_out) => {
+                    let readable = wait(&self.links, &self.alarm, time_out)?;
+                    let now = self.clock.now();
+                    for position in readable {
+                        let outcome = self.receive(position, Patience::Try, &mut frames);
+                        self.take(now, position, outcome, &mut frames);
+                    }
+                    now
+                }
+            };
+            has_backlog = self.take_from_clients(now);
+            self.transmit(now);
+            self.do_what_is_due(now);
+            if self.stop.load(Ordering::Relaxed) && end.is_none() {
+                end = Some(now + LONGEST_RAMP);
+                self.core.shut_down(now);
+                self.transmit(now);
+            }
+            self.reporter.report(now, &mut self.core, &self.links);
+            if end.is_some_and(|end| self.core.is_quiet() || end <= now) {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Powers on the nodes of all links that are there.
+    fn start(&mut self, now: Instant) {
+        for position in 0..self.links.len() {
+            match self.links.get(position).map(|link| link.interface.is_some()) {
+                Some(true) => self.open(now, position),
+                Some(false) => self.core.start(now, link_id(position)),
+                None => {}
+            }
+        }
+        self.transmit(now);
+    }
+
+    fn how_to_sleep(&self, has_backlog: bool, end: Option<Instant>) -> Sleep {
+        if has_backlog || self.stop.load(Ordering::Relaxed) && end.is_none() {
+            return Sleep::Until(Some(Duration::ZERO));
+        }
+        let interfaces = self.links.iter().filter_map(|link| link.interface.as_ref());
+        let deadlines = interfaces.map(SocketCan::poll_timeout).chain([self.core.poll_timeout(), end]);
+        let time_out = deadlines.flatten().min().map(|deadline| deadline.saturating_since(self.clock.now()));
+        let is_far = time_out.is_none_or(|time_out| time_out > LONGEST_BLOCK + MARGIN);
+        let is_alone = match &*self.links {
+            [Link { interface: Some(interface), .. }] => interface.fd().is_some() && self.clients.is_none(),
+            _ => false,
+        };
+        if is_far && is_alone { Sleep::InReceive } else { Sleep::Until(time_out) }
+    }
+
+    fn receive(&mut self, position: usize, patience: Patience, frames: &mut Vec<Frame>) -> io::Result<()> {
+        let interface = self.links.get_mut(position).and_then(|link| link.interface.as_mut());
+        interface.map_or(Ok(()), |interface| interface.receive(patience, frames))
+    }
+
+    /// Hands what an interface has received to the core.
+    fn take(&mut self, now: Instant, position: usize, outcome: io::Result<()>, frames: &mut Vec<Frame>) {
+        for frame in frames.drain(..) {
+            if let Some(link) = self.links.get(position) {
+                link.show(now, None, &frame);
+            }
+            self.core.handle_frame(now, link_id(position), &frame);
+        }
+        if let Err(error) = outcome {
+            self.lose(now, position, &error);
+        }
+    }
+
+    /// Puts frames of clients on their buses. Whether there may be more.
+    fn take_from_clients(&mut self, now: Instant) -> bool {
+        let Some(clients) = &mut self.clients else { return false };
+        for _ in 0..CLIENT_BATCH {
+            let Ok(Inbound { link, client, frame }) = clients.try_recv() else { return false };
+            if let Some(link) = self.links.get_mut(usize::from(link.0)) {
+                link.send(now, Some(client), &frame);
+            }
+            self.core.handle_frame(now, link, &frame);
+        }
+        true
+    }
+
+    /// Sends what the nodes have to say. New subscriptions act first: an answer may be the cue for more frames.
+    fn transmit(&mut self, now: Instant) {
+        while let Some(link) = self.core.poll_resubscribed() {
+            self.subscribe(now, usize::from(link.0));
+        }
+        while let Some((link, frame)) = self.core.poll_transmit() {
+            if let Some(link) = self.links.get_mut(usize::from(link.0)) {
+                link.send(now, None, &frame);
+            }
+        }
+        for position in 0..self.links.len() {
+            let interface = self.links.get_mut(position).and_then(|link| link.interface.as_mut());
+            if let Some(Err(error)) = interface.map(|interface| interface.flush(now)) {
+                self.lose(now, position, &error);
+            }
+        }
+    }
+
+    fn do_what_is_due(&mut self, now: Instant) {
+        let is_due = |deadline: Option<Instant>| deadline.is_some_and(|deadline| deadline <= now);
+        if is_due(self.core.poll_timeout()) {
+            self.core.handle_timeout(now);
+            self.transmit(now);
+        }
+        for position in 0..self.links.len() {
+            let interface = self.links.get(position).and_then(|link| link.interface.as_ref());
+            if interface.is_some_and(|interface| interface.fd().is_none() && is_due(interface.poll_timeout()))
+            {
+                self.open(now, position);
+                self.transmit(now);
+            }
+        }
+    }
+
+    fn open(&mut self, now: Instant, position: usize) {
+        let Some(Link { name, interface: Some(interface), .. }) = self.links.get_mut(position) else {
+            return;
+        };
+        let outcome = interface.open(now);
+        self.reporter.interface(now, position, name, interface.interface(), outcome.as_ref().err());
+        if outcome.is_ok() {
+            self.core.start(now, link_id(position));
+            self.subscribe(now, position);
+        }
+    }
+
+    fn subscribe(&mut self, now: Instant, position: usize) {
+        let interface = self.links.get_mut(position).and_then(|link| link.interface.as_mut());
+        let subscriptions = self.core.subscriptions(link_id(position));
+        if let Some(Err(error)) = interface.map(|interface| interface.subscribe(subscriptions)) {
+            self.lose(now, position, &error);
+        }
+    }
+
+    fn lose(&mut self, now: Instant, position: usize, error: &io::Error) {
+        let Some(Link { name, interface: Some(interface), .. }) = self.links.get_mut(position) else {
+            return;
+        };
+        if interface.fd().is_some() {
+            interface.close(now);
+            self.reporter.interface(now, position, name, interface.interface(), Some(error));
+        }
+    }
+}
+
+fn link_id(position: usize) -> LinkId {
+    LinkId(position as u16)
+}

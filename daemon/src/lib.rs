@@ -1,0 +1,22 @@
+//! The daemon that puts motion axes on fieldbuses.
+//!
+//! [`core::Core`] is the part without I/O: every device and bus engine, by value, under whatever time it is told.
+//! Around it one thread moves frames between the core and the links, and a second one serves
+//! [`socketcand`] clients. Nothing but frames passes between the two, by bounded queues.
+
+#![forbid(unsafe_code)]
+#![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
+
+pub mod alarm;
+pub mod cli;
+pub mod clock;
+mod commands;
+pub mod core;
+mod core_loop;
+mod demo;
+mod link;
+mod log;
+mod reporter;
+mod run;
+pub mod socketcand;
+mod wait;

@@ -1,0 +1,41 @@
+//! Links: how the frames of a bus leave the process, and who beside our nodes hears them.
+
+mod socketcan;
+mod wire_format;
+
+use canopen::Frame;
+use od::Instant;
+use tokio::sync::broadcast;
+
+use crate::socketcand::Passed;
+
+pub(crate) use socketcan::{LONGEST_BLOCK, Patience, SocketCan};
+
+/// A bus of this gateway.
+#[derive(Debug)]
+pub(crate) struct Link {
+    /// Name of the bus.
+    pub(crate) name: String,
+    /// The interface, unless the bus is virtual.
+    pub(crate) interface: Option<SocketCan>,
+    /// Clients of the socketcand server, if the bus has one.
+    pub(crate) clients: Option<broadcast::Sender<Passed>>,
+}
+
+impl Link {
+    /// Sends a frame to everybody outside but its sender.
+    pub(crate) fn send(&mut self, at: Instant, sender: Option<u64>, frame: &Frame) {
+        if let Some(interface) = &mut self.interface {
+            interface.queue(frame);
+        }
+        self.show(at, sender, frame);
+    }
+
+    /// Lets the clients hear a frame that is on the bus.
+    pub(crate) fn show(&self, at: Instant, sender: Option<u64>, frame: &Frame) {
+        if let Some(clients) = self.clients.as_ref().filter(|clients| clients.receiver_count() > 0) {
+            // Without receivers nobody misses it.
+            let _ = clients.send(Passed { at, sender, frame: *frame });
+        }
+    }
+}

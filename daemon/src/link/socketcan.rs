@@ -1,0 +1,220 @@
+//! A CAN interface of the kernel.
+//!
+//! The interface may come and go: whoever drives this opens it again and again, and what is to be sent meanwhile
+//! is dropped and counted.
+
+use core::time::Duration;
+use std::collections::VecDeque;
+use std::io::{self, IoSlice, IoSliceMut};
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
+
+use ::socketcan::{CanFilter, CanSocket, Socket, SocketOptions};
+use canopen::{Frame, Id};
+use nix::errno::Errno;
+use nix::sys::socket::{MsgFlags, MultiHeaders, recvmmsg, send, sendmmsg};
+use od::Instant;
+
+use super::wire_format::{self, SIZE};
+
+/// Frames that pass the kernel in one system call.
+pub(crate) const BATCH: usize = 64;
+/// How long [`Patience::Block`] waits for a frame at most.
+pub(crate) const LONGEST_BLOCK: Duration = Duration::from_secs(1);
+
+/// Frames that may wait for room in the transmit queue of the interface.
+const MAX_WAITING: usize = 1024;
+/// When a full transmit queue is tried again.
+const RETRY_SEND: Duration = Duration::from_millis(1);
+/// When an interface that is not there is tried again.
+const RETRY_OPEN: Duration = Duration::from_millis(500);
+/// CAN_RAW_FILTER_MAX.
+const MAX_FILTERS: usize = 512;
+/// Room for a burst; the kernel gives what it may (`net.core.rmem_max`).
+const RECEIVE_BUFFER: usize = 1 << 20;
+
+const EXTENDED: u32 = 1 << 31;
+const REMOTE: u32 = 1 << 30;
+const STANDARD_MASK: u32 = 0x7FF;
+const EXTENDED_MASK: u32 = 0x1FFF_FFFF;
+
+/// Whether to wait for a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Patience {
+    /// Until one comes, a signal, or [`LONGEST_BLOCK`] is over.
+    Block,
+    /// Not at all.
+    Try,
+}
+
+/// What was lost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Losses {
+    /// Frames that the interface did not take.
+    pub(crate) unsent: u64,
+    /// What the kernel delivered and is no classic data or remote frame.
+    pub(crate) malformed: u64,
+}
+
+/// See the module's documentation.
+#[derive(Debug)]
+pub(crate) struct SocketCan {
+    interface: String,
+    socket: Option<CanSocket>,
+    /// When to open it again, or to send on.
+    deadline: Option<Instant>,
+    waiting: VecDeque<[u8; SIZE]>,
+    headers: MultiHeaders<()>,
+    hears_all: bool,
+    losses: Losses,
+}
+
+impl SocketCan {
+    /// The interface of that name, not opened. `hears_all`: take every frame, not only those subscribed to.
+    pub(crate) fn new(interface: &str, hears_all: bool, now: Instant) -> Self {
+        Self {
+            interface: interface.to_owned(),
+            socket: None,
+            deadline: Some(now),
+            waiting: VecDeque::with_capacity(MAX_WAITING),
+            headers: MultiHeaders::preallocate(BATCH, None),
+            hears_all,
+            losses: Losses::default(),
+        }
+    }
+
+    /// Name of the interface.
+    pub(crate) fn interface(&self) -> &str {
+        &self.interface
+    }
+
+    /// The open socket.
+    pub(crate) fn fd(&self) -> Option<BorrowedFd<'_>> {
+        self.socket.as_ref().map(AsFd::as_fd)
+    }
+
+    /// What was lost since the start.
+    pub(crate) fn losses(&self) -> Losses {
+        self.losses
+    }
+
+    /// When [`SocketCan::open`] (if it is not open) or [`SocketCan::flush`] is to be called next.
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
+        self.deadline
+    }
+
+    /// Tries to open the interface.
+    pub(crate) fn open(&mut self, now: Instant) -> io::Result<()> {
+        self.deadline = Some(now + RETRY_OPEN);
+        let socket = CanSocket::open(&self.interface)?;
+        // An interface that is there but down is bound, and says so in this way.
+        socket.as_raw_socket().take_error()?.map_or(Ok(()), Err)?;
+        // A kernel that grants less serves shorter bursts.
+        let _ = socket.as_raw_socket().set_recv_buffer_size(RECEIVE_BUFFER);
+        socket.set_read_timeout(LONGEST_BLOCK)?;
+        self.socket = Some(socket);
+        self.deadline = None;
+        Ok(())
+    }
+
+    /// Gives up the socket after an error; what waits is lost.
+    pub(crate) fn close(&mut self, now: Instant) {
+        self.socket = None;
+        self.losses.unsent += self.waiting.len() as u64;
+        self.waiting.clear();
+        self.deadline = Some(now + RETRY_OPEN);
+    }
+
+    /// Makes the kernel deliver the frames with these identifiers, or all if they are too many for it.
+    pub(crate) fn subscribe(&mut self, ids: impl Iterator<Item = Id>) -> io::Result<()> {
+        let Some(socket) = &self.socket else { return Ok(()) };
+        if self.hears_all {
+            return socket.set_filter_accept_all();
+        }
+        // The kernel finds single identifiers of data frames by a table, so remote frames have a filter of their own.
+        let exactly = |id| match id {
+            Id::Standard(id) => CanFilter::new(u32::from(id), STANDARD_MASK | EXTENDED | REMOTE),
+            Id::Extended(id) => CanFilter::new(id | EXTENDED, EXTENDED_MASK | EXTENDED | REMOTE),
+        };
+        let mut filters = vec![CanFilter::new(REMOTE, REMOTE)];
+        filters.extend(ids.map(exactly));
+        if filters.len() > MAX_FILTERS {
+            socket.set_filter_accept_all()
+        } else {
+            socket.set_filters(&filters)
+        }
+    }
+
+    /// Adds the frames that have come, at most [`BATCH`], to `frames`.
+    pub(crate) fn receive(&mut self, patience: Patience, frames: &mut Vec<Frame>) -> io::Result<()> {
+        let Some(socket) = &self.socket else { return Ok(()) };
+        let flags = match patience {
+            Patience::Block => MsgFlags::MSG_WAITFORONE,
+            Patience::Try => MsgFlags::MSG_DONTWAIT,
+        };
+        let mut buffers = [[0; SIZE]; BATCH];
+        let mut lengths = [0; BATCH];
+        let mut slices = buffers.each_mut().map(|buffer| [IoSliceMut::new(buffer)]);
+        let received = match recvmmsg(socket.as_raw_fd(), &mut self.headers, slices.iter_mut(), flags, None) {
+            Ok(received) => received,
+            Err(Errno::EAGAIN | Errno::EINTR) => return Ok(()),
+            Err(error) => return Err(error.into()),
+        };
+        for (length, message) in lengths.iter_mut().zip(received) {
+            *length = message.bytes;
+        }
+        for (length, buffer) in lengths.into_iter().zip(&buffers).take_while(|(length, _)| *length > 0) {
+            match wire_format::decode(buffer).filter(|_| length == SIZE) {
+                Some(frame) => frames.push(frame),
+                None => self.losses.malformed += 1,
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts a frame behind those that are to be sent.
+    pub(crate) fn queue(&mut self, frame: &Frame) {
+        if self.socket.is_some() && self.waiting.len() < MAX_WAITING {
+            self.waiting.push_back(wire_format::encode(frame));
+        } else {
+            self.losses.unsent += 1;
+        }
+    }
+
+    /// Sends what waits. What the interface has no room for waits on.
+    pub(crate) fn flush(&mut self, now: Instant) -> io::Result<()> {
+        while !self.waiting.is_empty() {
+            match self.send() {
+                Ok(sent) => drop(self.waiting.drain(..sent.min(self.waiting.len()))),
+                Err(Errno::EINTR) => {}
+                Err(Errno::EAGAIN | Errno::ENOBUFS) => {
+                    self.deadline = Some(now + RETRY_SEND);
+                    return Ok(());
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+        if self.socket.is_some() {
+            self.deadline = None;
+        }
+        Ok(())
+    }
+
+    /// Sends at most [`BATCH`] of the frames that wait; how many went.
+    fn send(&mut self) -> nix::Result<usize> {
+        let Some(socket) = &self.socket else { return Err(Errno::ENETDOWN) };
+        let socket = socket.as_raw_fd();
+        let flags = MsgFlags::MSG_DONTWAIT;
+        if let (Some(frame), 1) = (self.waiting.front(), self.waiting.len()) {
+            return send(socket, frame, flags).map(|_| 1);
+        }
+        let mut slices = [[IoSlice::new(&[])]; BATCH];
+        let mut count = 0;
+        for ([slice], frame) in slices.iter_mut().zip(&self.waiting) {
+            *slice = IoSlice::new(frame);
+            count += 1;
+        }
+        let nowhere = [None; BATCH];
+        sendmmsg(socket, &mut self.headers, slices.iter().take(count), nowhere, [], flags)
+            .map(Iterator::count)
+    }
+}

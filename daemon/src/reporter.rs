@@ -1,0 +1,103 @@
+//! What happens, in the log: at most one line a second for each device or bus and kind.
+
+use std::io;
+
+use canopen::NmtState;
+use od::Instant;
+use tracing::{info, warn};
+
+use crate::core::{Core, Notice};
+use crate::link::Link;
+use crate::log::{Limiter, Subject};
+
+/// Knows what was said last.
+#[derive(Debug)]
+pub(crate) struct Reporter {
+    devices: Vec<String>,
+    limiter: Limiter,
+    /// For each link, why its interface cannot be used.
+    troubles: Vec<Option<String>>,
+    /// For each link, how many frames were known to be lost.
+    unsent: Vec<u64>,
+}
+
+impl Reporter {
+    /// A reporter for the devices of these names and so many links.
+    pub(crate) fn new(devices: Vec<String>, links: usize) -> Self {
+        let (troubles, unsent) = (vec![None; links], vec![0; links]);
+        Self { devices, limiter: Limiter::default(), troubles, unsent }
+    }
+
+    /// Says what has happened in the core and on the links.
+    pub(crate) fn report(&mut self, now: Instant, core: &mut Core, links: &[Link]) {
+        while let Some((device, notice)) = core.poll_notice() {
+            self.notice(now, device, notice);
+        }
+        for (number, (link, known)) in links.iter().zip(&mut self.unsent).enumerate() {
+            let Some(interface) = link.interface.as_ref().filter(|interface| interface.fd().is_some()) else {
+                continue;
+            };
+            let unsent = interface.losses().unsent;
+            if unsent > *known && self.limiter.admit(now, Subject::Bus(number), "unsent").is_some() {
+                warn!("bus {}: {} frames could not be sent", link.name, unsent - *known);
+                *known = unsent;
+            }
+        }
+    }
+
+    /// Says that an interface can be used, or why not, when that has changed.
+    pub(crate) fn interface(
+        &mut self,
+        now: Instant,
+        link: usize,
+        bus: &str,
+        interface: &str,
+        error: Option<&io::Error>,
+    ) {
+        let Some(trouble) = self.troubles.get_mut(link) else { return };
+        let error = error.map(io::Error::to_string);
+        match &error {
+            None => info!("bus {bus}: on interface {interface}"),
+            Some(error) if trouble.as_ref() == Some(error) => return,
+            Some(error) => {
+                if self.limiter.admit(now, Subject::Bus(link), "interface").is_none() {
+                    return;
+                }
+                warn!("bus {bus}: interface {interface}: {error}; trying again");
+            }
+        }
+        *trouble = error;
+    }
+
+    fn notice(&mut self, now: Instant, device: usize, notice: Notice) {
+        let (kind, is_bad) = match notice {
+            Notice::Fault(_) => ("fault", true),
+            Notice::FaultOver(_) => ("fault over", false),
+            Notice::Reset => ("reset", false),
+            Notice::Nmt(_) => ("nmt", false),
+            Notice::DroppedSteps(_) => ("dropped", true),
+        };
+        let Some(suppressed) = self.limiter.admit(now, Subject::Device(device), kind) else { return };
+        let text = match notice {
+            Notice::Fault(code) => format!("fault 0x{code:04X}"),
+            Notice::FaultOver(code) => format!("fault 0x{code:04X} is over"),
+            Notice::Reset => "reset over the bus".to_owned(),
+            Notice::Nmt(state) => name(state).to_owned(),
+            Notice::DroppedSteps(steps) => format!("served too late, {steps} raster steps dropped"),
+        };
+        let device = self.devices.get(device).map_or("?", String::as_str);
+        let more =
+            if suppressed > 0 { format!(" ({suppressed} lines like this left out)") } else { String::new() };
+        if is_bad { warn!("{device}: {text}{more}") } else { info!("{device}: {text}{more}") }
+    }
+}
+
+/// As CiA 301 writes it.
+fn name(state: NmtState) -> &'static str {
+    match state {
+        NmtState::Initialising => "INITIALISING",
+        NmtState::Stopped => "STOPPED",
+        NmtState::Operational => "OPERATIONAL",
+        NmtState::PreOperational => "PRE-OPERATIONAL",
+    }
+}

@@ -1,0 +1,145 @@
+//! `axisd run`: puts everything together and hands it to the core loop, which runs on the main thread because
+//! that is where the kernel delivers signals.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::net::SocketAddr;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use config::Gateway;
+use sd_notify::NotifyState;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::{flag, low_level};
+use tokio::sync::mpsc;
+use tracing::{info, warn};
+
+use crate::alarm::Alarm;
+use crate::cli::Failure;
+use crate::clock::Clock;
+use crate::commands;
+use crate::core::{Core, LinkId, Plan};
+use crate::core_loop::CoreLoop;
+use crate::demo;
+use crate::link::{Link, SocketCan};
+use crate::log;
+use crate::reporter::Reporter;
+use crate::socketcand::{self, Bus, Inbound, Listening, ToCore};
+
+/// `axisd run --config FILE`.
+pub(crate) fn file(file: &Path) -> Result<(), Failure> {
+    let gateway = commands::load(file)?;
+    serve(&gateway, "give `socketcand` another port", "")
+}
+
+/// `axisd run --demo`.
+pub(crate) fn demo(socketcand: Option<SocketAddr>) -> Result<(), Failure> {
+    let mut gateway = commands::parse("demo.toml", config::DEMO)?;
+    for bus in &mut gateway.buses {
+        bus.socketcand = socketcand.or(bus.socketcand);
+    }
+    serve(&gateway, "choose another by --socketcand ADDR:PORT", &demo::introduction(&gateway))
+}
+
+/// Serves `gateway` until a signal; `advice` is for a taken port, `introduction` for standard output.
+fn serve(gateway: &Gateway, advice: &str, introduction: &str) -> Result<(), Failure> {
+    let listening = listen(gateway, advice)?;
+    let log = log::start();
+    gateway.notes.iter().for_each(|note| warn!("{note}"));
+    let outcome = start(gateway, listening).and_then(|core_loop| {
+        core_loop.run(|| announce(introduction)).map_err(|error| Failure::Other(error.to_string()))
+    });
+    info!("stopped");
+    drop(log);
+    outcome
+}
+
+/// The core loop, ready to run.
+fn start(gateway: &Gateway, listening: Vec<Listening>) -> Result<CoreLoop, Failure> {
+    let other = |error: io::Error| Failure::Other(error.to_string());
+    let clock = Clock::start();
+    let alarm = Alarm::new().map_err(other)?;
+    let stop = stop_on_signal(&alarm).map_err(other)?;
+    let links = links(gateway, &listening, clock);
+    let core = Core::new(links.len() as u16, &plans(gateway), clock.now()).map_err(|error| {
+        let device = gateway.devices.get(error.device).map_or("?", |device| device.name.as_str());
+        Failure::Configuration(format!("device `{device}`: {}", error.reason))
+    })?;
+    let clients = serve_clients(listening, &alarm, clock).map_err(other)?;
+    let devices = gateway.devices.iter().map(|device| device.name.clone()).collect();
+    let reporter = Reporter::new(devices, links.len());
+    Ok(CoreLoop { core, links, clients, clock, alarm, stop, reporter })
+}
+
+fn plans(gateway: &Gateway) -> Vec<Plan> {
+    let plan = |device: &config::Device| Plan {
+        profile: Arc::clone(&device.profile),
+        nodes: device.on.iter().map(|place| (LinkId(place.bus as u16), place.node_id)).collect(),
+    };
+    gateway.devices.iter().map(plan).collect()
+}
+
+/// Binds every port once, whichever buses share it.
+fn listen(gateway: &Gateway, advice: &str) -> Result<Vec<Listening>, Failure> {
+    let mut ports: BTreeMap<SocketAddr, Vec<Bus>> = BTreeMap::new();
+    for (number, bus) in gateway.buses.iter().enumerate() {
+        if let Some(address) = bus.socketcand {
+            ports.entry(address).or_default().push(Bus::new(&bus.name, LinkId(number as u16)));
+        }
+    }
+    let listen = |(address, buses)| {
+        let listener = socketcand::listen(address).map_err(|error| {
+            Failure::Other(format!("cannot serve socketcand on {address}: {error}; {advice}"))
+        })?;
+        Ok(Listening { listener, buses })
+    };
+    ports.into_iter().map(listen).collect()
+}
+
+fn links(gateway: &Gateway, listening: &[Listening], clock: Clock) -> Vec<Link> {
+    let served = || listening.iter().flat_map(|port| &port.buses);
+    let link = |(number, bus): (usize, &config::Bus)| {
+        let clients = served().find(|served| usize::from(served.link.0) == number);
+        let interface = match &bus.link {
+            config::Link::Virtual => None,
+            config::Link::SocketCan(name) => Some(SocketCan::new(name, clients.is_some(), clock.now())),
+        };
+        Link { name: bus.name.clone(), interface, clients: clients.map(|clients| clients.frames.clone()) }
+    };
+    gateway.buses.iter().enumerate().map(link).collect()
+}
+
+fn serve_clients(
+    listening: Vec<Listening>,
+    alarm: &Alarm,
+    clock: Clock,
+) -> io::Result<Option<mpsc::Receiver<Inbound>>> {
+    if listening.is_empty() {
+        return Ok(None);
+    }
+    let (to_core, clients) = ToCore::new(alarm.bell());
+    socketcand::spawn(listening, to_core, clock)?;
+    Ok(Some(clients))
+}
+
+/// A flag that SIGTERM and SIGINT set; the second of them ends the process at once.
+fn stop_on_signal(alarm: &Alarm) -> io::Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGTERM, SIGINT] {
+        flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&stop))?;
+        flag::register(signal, Arc::clone(&stop))?;
+        low_level::pipe::register(signal, alarm.descriptor()?)?;
+    }
+    Ok(stop)
+}
+
+/// Says that everything is served.
+fn announce(introduction: &str) {
+    // The demo serves, whether or not anybody reads what it says.
+    let _ = commands::print(introduction);
+    eprintln!("axisd ready");
+    if let Err(error) = sd_notify::notify(&[NotifyState::Ready]) {
+        warn!("the service manager cannot be told that axisd is ready: {error}");
+    }
+}

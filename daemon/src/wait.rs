@@ -1,0 +1,39 @@
+//! How the core thread sleeps when it waits for more than one thing.
+
+use core::time::Duration;
+
+use nix::errno::Errno;
+use nix::poll::{PollFd, PollFlags, ppoll};
+use nix::sys::time::TimeSpec;
+use smallvec::SmallVec;
+
+use crate::alarm::Alarm;
+use crate::link::{Link, SocketCan};
+
+/// Links that have frames, by their positions.
+pub(crate) type Readable = SmallVec<[usize; 8]>;
+
+/// Sleeps until a frame comes, the alarm or a signal, or `time_out` is over. Gives the links with frames.
+pub(crate) fn wait(links: &[Link], alarm: &Alarm, time_out: Option<Duration>) -> nix::Result<Readable> {
+    let mut fds: SmallVec<[PollFd<'_>; 9]> = SmallVec::new();
+    let mut positions = Readable::new();
+    for (position, link) in links.iter().enumerate() {
+        if let Some(fd) = link.interface.as_ref().and_then(SocketCan::fd) {
+            fds.push(PollFd::new(fd, PollFlags::POLLIN));
+            positions.push(position);
+        }
+    }
+    fds.push(PollFd::new(alarm.fd(), PollFlags::POLLIN));
+    match ppoll(&mut fds, time_out.map(TimeSpec::from_duration), None) {
+        Ok(_) => {}
+        Err(Errno::EINTR) => return Ok(Readable::new()),
+        Err(error) => return Err(error),
+    }
+    // An event unknown to us is one all the same.
+    let mut is_ready = fds.iter().map(|fd| fd.any().unwrap_or(true));
+    positions.retain(|_| is_ready.next().unwrap_or(false));
+    if is_ready.next().unwrap_or(false) {
+        alarm.silence();
+    }
+    Ok(positions)
+}

@@ -99,3 +99,10 @@ fn a_request_for_the_heartbeat_is_not_answered() {
     bench.configure("1017:00", 100);
     bench.talk("> 701#R1"); // that would be node guarding
 }
+
+#[test]
+fn an_hour_has_36000_beats_of_100_ms() {
+    let mut bench = Bench::new();
+    bench.configure("1017:00", 100);
+    assert_eq!(bench.pass(Duration::from_secs(3600)).len(), 36_000);
+}

@@ -2,10 +2,9 @@
 
 mod bench;
 
+use bench::Bench;
 use bench::device::DOMAIN_LENGTH;
-use bench::{Bench, frame_of};
-use canopen::{Frame, Id};
-use od::Address;
+use od::{AbortCode, Address};
 
 // CCT 2.16, 2.18
 #[test]
@@ -215,41 +214,10 @@ fn the_client_may_abort() {
 #[test]
 fn a_hundred_thousand_bytes_go_down_and_up() {
     let mut bench = Bench::new();
+    let domain = Address::new(0x200F, 0);
     let data: Vec<u8> = (0..DOMAIN_LENGTH).map(|i| (i % 251) as u8).collect();
-    download(&mut bench, &data);
-    assert_eq!(upload(&mut bench), data);
+    assert_eq!(bench.download(domain, &data), Ok(()));
+    assert_eq!(bench.upload(domain), Ok(data));
+    assert_eq!(bench.download(domain, &[0; DOMAIN_LENGTH + 1]), Err(AbortCode::TooLong));
     assert_eq!(bench.node.poll_timeout(), None, "the transfers are over");
-}
-
-fn download(bench: &mut Bench, data: &[u8]) {
-    let [a, b, c, d] = (data.len() as u32).to_le_bytes();
-    let initiate = Frame::new(Id::Standard(0x601), &[0x21, 0x0F, 0x20, 0, a, b, c, d]);
-    assert_eq!(bench.handle(&initiate), [frame_of("581#600F200000000000")]);
-    let segments = data.chunks(7);
-    let last = segments.len() - 1;
-    for (number, segment) in segments.enumerate() {
-        let toggle = (number % 2 * 0x10) as u8;
-        let command = toggle | (7 - segment.len() as u8) << 1 | u8::from(number == last);
-        let mut message = [command, 0, 0, 0, 0, 0, 0, 0];
-        message[1..=segment.len()].copy_from_slice(segment);
-        let answer = Frame::new(Id::Standard(0x581), &[0x20 | toggle, 0, 0, 0, 0, 0, 0, 0]);
-        assert_eq!(bench.handle(&Frame::new(Id::Standard(0x601), &message)), [answer]);
-    }
-}
-
-fn upload(bench: &mut Bench) -> Vec<u8> {
-    assert_eq!(bench.send("601#400F200000000000"), [frame_of("581#410F2000A0860100")]);
-    let mut data = Vec::new();
-    let mut toggle = 0;
-    loop {
-        let request = Frame::new(Id::Standard(0x601), &[0x60 | toggle, 0, 0, 0, 0, 0, 0, 0]);
-        let [answer] = bench.handle(&request)[..] else { panic!("one answer") };
-        let [command, segment @ ..] = answer.eight().unwrap();
-        assert_eq!(command & 0x10, toggle);
-        data.extend_from_slice(&segment[..7 - usize::from(command >> 1 & 7)]);
-        if command & 1 != 0 {
-            return data;
-        }
-        toggle ^= 0x10;
-    }
 }

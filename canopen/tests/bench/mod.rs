@@ -8,7 +8,7 @@ use std::sync::Arc;
 use core::time::Duration;
 
 use canopen::{Event, Frame, Id, Node};
-use od::{Address, DataType, Dictionary, Instant};
+use od::{AbortCode, Address, Dictionary, Instant};
 
 /// A node with Node-ID 1.
 pub(crate) struct Bench {
@@ -127,19 +127,66 @@ impl Bench {
         let Address { index, sub } = address_of(address);
         let schema = self.node.communication().schema();
         let entry = schema.slot(Address::new(index, sub)).and_then(|slot| schema.entry(slot)).unwrap();
-        let command = match entry.data_type {
-            DataType::Unsigned8 => 0x2F,
-            DataType::Unsigned16 => 0x2B,
-            _ => 0x23,
-        };
-        let [low, high] = index.to_le_bytes();
-        let [a, b, c, d] = value.to_le_bytes();
-        let request = Frame::new(Id::Standard(0x601), &[command, low, high, sub, a, b, c, d]);
+        let size = entry.data_type.bytes().unwrap();
+        let request = initiate(expedited(size), Address::new(index, sub), value.to_le_bytes());
         let mut sent = self.handle(&request);
-        let answer = Frame::new(Id::Standard(0x581), &[0x60, low, high, sub, 0, 0, 0, 0]);
+        let [low, high] = index.to_le_bytes();
+        let answer = Frame::new(ANSWER, &[0x60, low, high, sub, 0, 0, 0, 0]);
         assert_eq!(sent.first(), Some(&answer), "{request} is answered by {sent:?}");
         sent.remove(0);
         sent
+    }
+
+    /// Reads by SDO, in segments where the node wants that.
+    pub(crate) fn upload(&mut self, address: Address) -> Result<Vec<u8>, AbortCode> {
+        let [command, _, _, _, data @ ..] = self.ask(&initiate(0x40, address, [0; 4]))?;
+        if command & 0x02 != 0 {
+            return Ok(data[..4 - usize::from(command >> 2 & 3)].to_vec());
+        }
+        let mut bytes = Vec::new();
+        for toggle in [0x00, 0x10].into_iter().cycle() {
+            let [command, segment @ ..] =
+                self.ask(&Frame::new(REQUEST, &[0x60 | toggle, 0, 0, 0, 0, 0, 0, 0]))?;
+            assert_eq!(command & 0xF0, toggle);
+            bytes.extend_from_slice(&segment[..7 - usize::from(command >> 1 & 7)]);
+            if command & 1 != 0 {
+                break;
+            }
+        }
+        assert_eq!(bytes.len(), u32::from_le_bytes(data) as usize, "as announced");
+        Ok(bytes)
+    }
+
+    /// Writes by SDO, in segments where there are more than four bytes or none.
+    pub(crate) fn download(&mut self, address: Address, bytes: &[u8]) -> Result<(), AbortCode> {
+        if (1..=4).contains(&bytes.len()) {
+            let mut data = [0; 4];
+            data[..bytes.len()].copy_from_slice(bytes);
+            return self.ask(&initiate(expedited(bytes.len()), address, data)).map(|_| ());
+        }
+        self.ask(&initiate(0x21, address, (bytes.len() as u32).to_le_bytes()))?;
+        let last = bytes.len().div_ceil(7).max(1) - 1;
+        for (number, toggle) in (0..=last).zip([0x00, 0x10].into_iter().cycle()) {
+            let segment = bytes.chunks(7).nth(number).unwrap_or_default();
+            let unused = (7 - segment.len() as u8) << 1;
+            let mut message = [toggle | unused | u8::from(number == last), 0, 0, 0, 0, 0, 0, 0];
+            message[1..=segment.len()].copy_from_slice(segment);
+            let answer = self.ask(&Frame::new(REQUEST, &message))?;
+            assert_eq!(answer, [0x20 | toggle, 0, 0, 0, 0, 0, 0, 0]);
+        }
+        Ok(())
+    }
+
+    /// Sends an SDO request and takes its one answer.
+    fn ask(&mut self, request: &Frame) -> Result<[u8; 8], AbortCode> {
+        let [answer] = self.handle(request)[..] else { panic!("{request} has one answer") };
+        assert_eq!(answer.id, ANSWER);
+        let [command, _, _, _, code @ ..] = answer.eight().unwrap();
+        let code = u32::from_le_bytes(code);
+        match AbortCode::ALL.iter().find(|known| known.code() == code) {
+            Some(known) if command == 0x80 => Err(*known),
+            _ => Ok(answer.eight().unwrap()),
+        }
     }
 
     /// Gives a PDO a new mapping and transmission type by the procedure of CiA 301 v4.2, section 7.5.2.36, and makes
@@ -156,6 +203,19 @@ impl Bench {
         sent.extend(self.configure(&format!("{number:04X}:01"), cob_id));
         sent
     }
+}
+
+const REQUEST: Id = Id::Standard(0x601);
+const ANSWER: Id = Id::Standard(0x581);
+
+fn initiate(command: u8, Address { index, sub }: Address, [a, b, c, d]: [u8; 4]) -> Frame {
+    let [low, high] = index.to_le_bytes();
+    Frame::new(REQUEST, &[command, low, high, sub, a, b, c, d])
+}
+
+/// The command of an expedited download of `size` bytes.
+fn expedited(size: usize) -> u8 {
+    0x23 | (4 - size as u8) << 2
 }
 
 fn answers(frames: Vec<Frame>) -> Vec<String> {

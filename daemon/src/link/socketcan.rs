@@ -19,7 +19,7 @@ use super::wire_format::{self, SIZE};
 /// Frames that pass the kernel in one system call.
 pub(crate) const BATCH: usize = 64;
 /// How long [`Patience::Block`] waits for a frame at most.
-pub(crate) const LONGEST_BLOCK: Duration = Duration::from_secs(1);
+pub(crate) const LONGEST_BLOCK: Duration = Duration::from_millis(500);
 
 /// Frames that may wait for room in the transmit queue of the interface.
 const MAX_WAITING: usize = 1024;

@@ -307,7 +307,12 @@ impl Node {
         };
         let mut objects = Objects { communication: &mut self.communication, application };
         let answer = match self.sdo.handle(now, message, &objects) {
-            Step::Silent => return,
+            Step::Silent => {
+                while let Some(segment) = self.sdo.poll_segment() {
+                    self.answer_sdo(segment);
+                }
+                return;
+            }
             Step::Answer(answer) => answer,
             Step::Write { address, answer } => {
                 let pdos = &self.pdos;

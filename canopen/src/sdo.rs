@@ -1,6 +1,8 @@
-//! SDO server: expedited and segmented transfer (CiA 301 v4.2, section 7.2.4.3).
+//! SDO server: expedited, segmented and block transfer (CiA 301 v4.2, section 7.2.4.3).
 
+mod block;
 mod command;
+mod crc;
 mod server;
 
 pub(crate) use server::{Server, Step};

@@ -15,6 +15,18 @@ pub(crate) enum Request {
     UploadInitiate { address: Address },
     /// Upload segment.
     UploadSegment { toggle: bool },
+    /// Initiate block download; `size` in bytes if indicated, `crc` if the client can make one.
+    BlockDownloadInitiate { address: Address, crc: bool, size: Option<u32> },
+    /// End of a block download: the last segment has `unused` (0-7) bytes too many.
+    BlockDownloadEnd { unused: u8, crc: u16 },
+    /// Initiate block upload; up to `threshold` bytes may come by ordinary upload instead (0: none).
+    BlockUploadInitiate { address: Address, crc: bool, block_size: u8, threshold: u8 },
+    /// Start the first block of an upload.
+    BlockUploadStart,
+    /// Segments up to `sequence` arrived; the next block may have `block_size`.
+    BlockUploadAcknowledge { sequence: u8, block_size: u8 },
+    /// The client has the whole upload.
+    BlockUploadEnd,
     /// The client ends the transfer.
     Abort,
     /// Anything else; `address` is what would be one in most of them.
@@ -46,7 +58,44 @@ impl Request {
             2 => Self::UploadInitiate { address },
             3 => Self::UploadSegment { toggle },
             4 => Self::Abort,
+            5 => Self::block_upload(command, address, message),
+            6 if command & 0x01 == 0 => {
+                let size = (command & 0x02 != 0).then_some(u32::from_le_bytes(data));
+                Self::BlockDownloadInitiate { address, crc: command & 0x04 != 0, size }
+            }
+            6 => Self::BlockDownloadEnd { unused: command >> 2 & 0x07, crc: u16::from_le_bytes([low, high]) },
             _ => Self::Unknown { address },
+        }
+    }
+}
+
+impl Request {
+    /// The address in the message, where it has one for certain.
+    pub(crate) fn address(&self) -> Option<Address> {
+        match self {
+            Self::DownloadExpedited { address, .. }
+            | Self::DownloadInitiate { address, .. }
+            | Self::UploadInitiate { address }
+            | Self::BlockDownloadInitiate { address, .. }
+            | Self::BlockUploadInitiate { address, .. } => Some(*address),
+            Self::DownloadSegment { .. }
+            | Self::UploadSegment { .. }
+            | Self::BlockDownloadEnd { .. }
+            | Self::BlockUploadStart
+            | Self::BlockUploadAcknowledge { .. }
+            | Self::BlockUploadEnd
+            | Self::Abort
+            | Self::Unknown { .. } => None,
+        }
+    }
+
+    fn block_upload(command: u8, address: Address, message: [u8; 8]) -> Self {
+        let [_, sequence, next_size, _, block_size, threshold, ..] = message;
+        match command & 0x03 {
+            0 => Self::BlockUploadInitiate { address, crc: command & 0x04 != 0, block_size, threshold },
+            1 => Self::BlockUploadEnd,
+            2 => Self::BlockUploadAcknowledge { sequence, block_size: next_size },
+            _ => Self::BlockUploadStart,
         }
     }
 }
@@ -64,6 +113,18 @@ pub(crate) enum Response {
     UploadInitiate { address: Address, size: u32 },
     /// A segment of `len` (0-7) bytes.
     UploadSegment { toggle: bool, data: [u8; 7], len: u8, is_last: bool },
+    /// Initiate block download was taken; a CRC is checked if the client makes one.
+    BlockDownloadInitiate { address: Address, block_size: u8 },
+    /// Segments up to `sequence` arrived; the next block may have `block_size`.
+    BlockDownloadAcknowledge { sequence: u8, block_size: u8 },
+    /// The whole download arrived.
+    BlockDownloadEnd,
+    /// Initiate block upload of `size` bytes, with a CRC at the end.
+    BlockUploadInitiate { address: Address, size: u32 },
+    /// A segment of a block.
+    BlockSegment { sequence: u8, is_last: bool, data: [u8; 7] },
+    /// End of a block upload: the last segment has `unused` (0-7) bytes too many.
+    BlockUploadEnd { unused: u8, crc: u16 },
     /// The server ends the transfer.
     Abort { address: Address, code: AbortCode },
 }
@@ -82,6 +143,21 @@ impl Response {
                 let unused = 7_u8.saturating_sub(len) << 1;
                 let [a, b, c, d, e, f, g] = data;
                 [toggle_bit(toggle) | unused | u8::from(is_last), a, b, c, d, e, f, g]
+            }
+            Self::BlockDownloadInitiate { address, block_size } => {
+                initiate(0xA4, address, [block_size, 0, 0, 0])
+            }
+            Self::BlockDownloadAcknowledge { sequence, block_size } => {
+                [0xA2, sequence, block_size, 0, 0, 0, 0, 0]
+            }
+            Self::BlockDownloadEnd => [0xA1, 0, 0, 0, 0, 0, 0, 0],
+            Self::BlockUploadInitiate { address, size } => initiate(0xC6, address, size.to_le_bytes()),
+            Self::BlockSegment { sequence, is_last, data: [a, b, c, d, e, f, g] } => {
+                [u8::from(is_last) << 7 | sequence, a, b, c, d, e, f, g]
+            }
+            Self::BlockUploadEnd { unused, crc } => {
+                let [low, high] = crc.to_le_bytes();
+                [0xC1 | (unused & 0x07) << 2, low, high, 0, 0, 0, 0, 0]
             }
             Self::Abort { address, code } => initiate(0x80, address, code.code().to_le_bytes()),
         }

@@ -4,6 +4,7 @@ use core::time::Duration;
 
 use od::{AbortCode, Address, Instant, Value};
 
+use super::block::{BlockDownload, BlockUpload, MAX_BLOCK};
 use super::command::{Request, Response};
 use crate::communication::Objects;
 
@@ -13,7 +14,7 @@ pub(crate) const TIMEOUT: Duration = Duration::from_secs(1);
 /// What a request leads to.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Step {
-    /// Nothing is to be sent.
+    /// Nothing is to be answered; [`Server::poll_segment`] may have segments to send.
     Silent,
     /// This is the answer.
     Answer([u8; 8]),
@@ -38,6 +39,8 @@ enum Transfer {
         longest: usize,
         toggle: bool,
     },
+    BlockDownload(Address, BlockDownload),
+    BlockUpload(Address, BlockUpload),
 }
 
 /// One SDO server: at most one transfer at a time, collected in or served from a buffer.
@@ -84,19 +87,38 @@ impl Server {
         Some(self.refuse(address, AbortCode::TimedOut))
     }
 
+    /// The next segment of a block that is to be sent without being asked for.
+    pub(crate) fn poll_segment(&mut self) -> Option<[u8; 8]> {
+        match &mut self.transfer {
+            Transfer::BlockUpload(_, upload) => upload.poll(&self.buffer).map(Response::encode),
+            Transfer::None
+            | Transfer::Upload { .. }
+            | Transfer::Download { .. }
+            | Transfer::BlockDownload(..) => None,
+        }
+    }
+
     /// Takes one message of the client.
     pub(crate) fn handle(&mut self, now: Instant, message: [u8; 8], objects: &Objects<'_>) -> Step {
         let request = Request::decode(message);
-        let address = match request {
-            Request::DownloadExpedited { address, .. }
-            | Request::DownloadInitiate { address, .. }
-            | Request::UploadInitiate { address } => address,
-            Request::Unknown { address } => self.address().unwrap_or(address),
-            Request::DownloadSegment { .. } | Request::UploadSegment { .. } | Request::Abort => {
-                self.address().unwrap_or(Address::new(0, 0))
+        let (address, step) = match &mut self.transfer {
+            Transfer::BlockDownload(address, download)
+                if download.expects_segment() && request != Request::Abort =>
+            {
+                let step = download.segment(message, &mut self.buffer);
+                (
+                    *address,
+                    step.map(|answer| answer.map_or(Step::Silent, |answer| Step::Answer(answer.encode()))),
+                )
+            }
+            _ => {
+                let address = match request {
+                    Request::Unknown { address } => self.address().unwrap_or(address),
+                    _ => request.address().or(self.address()).unwrap_or(Address::new(0, 0)),
+                };
+                (address, self.serve(request, objects))
             }
         };
-        let step = self.serve(request, objects);
         match step {
             Ok(step) => {
                 self.deadline = (self.transfer != Transfer::None).then(|| now + TIMEOUT);
@@ -117,6 +139,25 @@ impl Server {
             }
             Request::UploadInitiate { address } => self.upload_start(address, objects),
             Request::UploadSegment { toggle } => self.upload_segment(toggle),
+            Request::BlockDownloadInitiate { address, crc, size } => {
+                self.block_download_start(address, size, crc, objects)
+            }
+            Request::BlockDownloadEnd { unused, crc } => self.block_download_end(unused, crc),
+            Request::BlockUploadInitiate { address, block_size, threshold, .. } => {
+                self.block_upload_start(address, block_size, threshold, objects)
+            }
+            Request::BlockUploadStart => {
+                self.block_upload()?.start()?;
+                Ok(Step::Silent)
+            }
+            Request::BlockUploadAcknowledge { sequence, block_size } => {
+                self.block_upload_acknowledge(sequence, block_size)
+            }
+            Request::BlockUploadEnd => {
+                self.block_upload()?.end()?;
+                self.reset();
+                Ok(Step::Silent)
+            }
             Request::Abort => {
                 self.reset();
                 Ok(Step::Silent)
@@ -128,7 +169,10 @@ impl Server {
     fn address(&self) -> Option<Address> {
         match self.transfer {
             Transfer::None => None,
-            Transfer::Upload { address, .. } | Transfer::Download { address, .. } => Some(address),
+            Transfer::Upload { address, .. }
+            | Transfer::Download { address, .. }
+            | Transfer::BlockDownload(address, _)
+            | Transfer::BlockUpload(address, _) => Some(address),
         }
     }
 
@@ -189,7 +233,8 @@ impl Server {
         Ok(Step::Write { address, answer })
     }
 
-    fn upload_start(&mut self, address: Address, objects: &Objects<'_>) -> Result<Step, AbortCode> {
+    /// Takes the value at `address` as it is now: a long transfer is of one moment.
+    fn snapshot(&mut self, address: Address, objects: &Objects<'_>) -> Result<u32, AbortCode> {
         self.reset();
         let (entry, value) = objects.read(address)?;
         self.buffer.clear();
@@ -199,18 +244,26 @@ impl Server {
             }
             Value::Bytes(bytes) => self.buffer.extend_from_slice(bytes),
         }
+        u32::try_from(self.buffer.len()).map_err(|_| AbortCode::OutOfMemory)
+    }
+
+    fn upload_start(&mut self, address: Address, objects: &Objects<'_>) -> Result<Step, AbortCode> {
+        let size = self.snapshot(address, objects)?;
+        Ok(self.upload_answer(address, size))
+    }
+
+    fn upload_answer(&mut self, address: Address, size: u32) -> Step {
         let response = match self.buffer.as_slice() {
             short @ [_, ..] if short.len() <= 4 => {
                 let data = (od::bits::from_le(short) as u32).to_le_bytes();
                 Response::UploadExpedited { address, data, len: short.len() as u8 }
             }
-            long => {
-                let size = u32::try_from(long.len()).map_err(|_| AbortCode::OutOfMemory)?;
+            _ => {
                 self.transfer = Transfer::Upload { address, sent: 0, toggle: false };
                 Response::UploadInitiate { address, size }
             }
         };
-        Ok(Step::Answer(response.encode()))
+        Step::Answer(response.encode())
     }
 
     fn upload_segment(&mut self, toggle: bool) -> Result<Step, AbortCode> {
@@ -233,5 +286,64 @@ impl Server {
             self.reset();
         }
         Ok(Step::Answer(Response::UploadSegment { toggle, data, len: len as u8, is_last }.encode()))
+    }
+
+    fn block_download_start(
+        &mut self,
+        address: Address,
+        size: Option<u32>,
+        crc: bool,
+        objects: &Objects<'_>,
+    ) -> Result<Step, AbortCode> {
+        self.reset();
+        let announced = size.map(|s| usize::try_from(s).unwrap_or(usize::MAX));
+        let area = objects.area(address.index);
+        let longest = area.admit(area.find(address)?, announced)?;
+        self.buffer.clear();
+        self.transfer = Transfer::BlockDownload(address, BlockDownload::new(announced, longest, crc));
+        Ok(Step::Answer(Response::BlockDownloadInitiate { address, block_size: MAX_BLOCK }.encode()))
+    }
+
+    fn block_download_end(&mut self, unused: u8, crc: u16) -> Result<Step, AbortCode> {
+        let Transfer::BlockDownload(address, download) = self.transfer else {
+            return Err(AbortCode::UnknownCommand);
+        };
+        download.end(unused, crc, &mut self.buffer)?;
+        self.reset();
+        Ok(Step::Write { address, answer: Response::BlockDownloadEnd.encode() })
+    }
+
+    fn block_upload_start(
+        &mut self,
+        address: Address,
+        block_size: u8,
+        threshold: u8,
+        objects: &Objects<'_>,
+    ) -> Result<Step, AbortCode> {
+        let size = self.snapshot(address, objects)?;
+        let upload = BlockUpload::new(block_size)?;
+        if threshold > 0 && size <= u32::from(threshold) {
+            return Ok(self.upload_answer(address, size));
+        }
+        self.transfer = Transfer::BlockUpload(address, upload);
+        Ok(Step::Answer(Response::BlockUploadInitiate { address, size }.encode()))
+    }
+
+    fn block_upload_acknowledge(&mut self, sequence: u8, block_size: u8) -> Result<Step, AbortCode> {
+        let Transfer::BlockUpload(_, upload) = &mut self.transfer else {
+            return Err(AbortCode::UnknownCommand);
+        };
+        let end = upload.acknowledge(sequence, block_size, &self.buffer)?;
+        Ok(end.map_or(Step::Silent, |end| Step::Answer(end.encode())))
+    }
+
+    fn block_upload(&mut self) -> Result<&mut BlockUpload, AbortCode> {
+        match &mut self.transfer {
+            Transfer::BlockUpload(_, upload) => Ok(upload),
+            Transfer::None
+            | Transfer::Upload { .. }
+            | Transfer::Download { .. }
+            | Transfer::BlockDownload(..) => Err(AbortCode::UnknownCommand),
+        }
     }
 }

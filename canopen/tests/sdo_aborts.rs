@@ -248,6 +248,8 @@ fn too_short_06070013() {
         < 581#8006200013000706
         > 601#2B07200001000000
         < 581#8007200013000706
+        > 601#2B05100001000000 // length is checked before a restricted CAN-ID
+        < 581#8005100013000706
         > 601#231B200001000000 // four bytes for UNSIGNED64
         < 581#801B200013000706
         > 601#221B200001000000 // cannot be expedited

@@ -248,7 +248,9 @@ fn too_short_06070013() {
         < 581#8006200013000706
         > 601#2B07200001000000
         < 581#8007200013000706
-        > 601#2B05100001000000 // length is checked before a restricted CAN-ID
+        > 601#2005100000000000 // length is checked before a restricted CAN-ID
+        < 581#6005100000000000
+        > 601#0B01000000000000
         < 581#8005100013000706
         > 601#231B200001000000 // four bytes for UNSIGNED64
         < 581#801B200013000706

@@ -176,6 +176,15 @@ fn a_sync_before_the_start_is_none_for_the_tpdos() {
     bench.talk("< 181#0000"); // not 281#00
 }
 
+#[test]
+fn a_reset_drops_what_was_not_sent_yet() {
+    let mut bench = Bench::new();
+    for frame in ["601#4000100000000000", "000#8201"] {
+        bench.node.handle_frame(bench.now, &frame_of(frame), &mut bench.device);
+    }
+    bench.talk("< 701#00");
+}
+
 // CCT 2.12
 #[test]
 fn the_default_identifiers_follow_from_the_node_id() {

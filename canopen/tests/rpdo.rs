@@ -55,6 +55,15 @@ fn what_waits_for_a_sync_is_forgotten_outside_operational() {
 }
 
 #[test]
+fn what_waits_for_a_sync_is_forgotten_with_the_old_parameters() {
+    let mut bench = Bench::operational();
+    bench.send("301#11");
+    bench.map(0x1401, 0x301, 1, &[0x6200_0408]);
+    bench.send("080#");
+    assert_eq!((bench.value("6200:03"), bench.value("6200:04")), (0, 0));
+}
+
+#[test]
 fn bits_and_odd_widths_are_unpacked_low_first() {
     let mut bench = Bench::operational();
     // BOOLEAN, a dummy of 8 bits, INTEGER24, BOOLEAN: 34 bits
@@ -145,6 +154,38 @@ fn a_good_rpdo_does_not_excuse_another_one() {
         > 201#11
         > 301#
         > 201#1122 // RPDO 2 is still short
+        > 301#22
+        < 081#0000000000000000
+        ",
+    );
+}
+
+#[test]
+fn an_rpdo_that_is_not_valid_any_more_accuses_no_longer() {
+    let mut bench = Bench::operational();
+    bench.configure("1401:02", 255);
+    bench.send("201#11");
+    bench.configure("1400:01", 0x8000_0201);
+    bench.talk(
+        "
+        > 301#
+        > 301#22
+        < 081#0000000000000000
+        ",
+    );
+}
+
+#[test]
+fn a_reset_acquits_every_rpdo() {
+    let mut bench = Bench::operational();
+    bench.send("201#11");
+    bench.send("000#8201");
+    bench.configure("1401:02", 255);
+    bench.send("000#0101");
+    bench.talk(
+        "
+        > 301#
+        < 081#1082110200000000
         > 301#22
         < 081#0000000000000000
         ",

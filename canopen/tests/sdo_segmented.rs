@@ -2,6 +2,8 @@
 
 mod bench;
 
+use core::time::Duration;
+
 use bench::Bench;
 use bench::device::DOMAIN_LENGTH;
 use od::{AbortCode, Address};
@@ -198,6 +200,27 @@ fn a_new_request_takes_the_place_of_the_old_transfer() {
 }
 
 #[test]
+fn an_expedited_request_ends_the_transfer_too() {
+    Bench::new().talk(
+        "
+        > 601#4008100000000000
+        < 581#410810000C000000
+        > 601#2F05200011000000
+        < 581#6005200000000000
+        > 601#6000000000000000
+        < 581#8000000001000405
+        > 601#4008100000000000
+        < 581#410810000C000000
+        > 601#4005200000000000
+        < 581#4F05200011000000
+        > 601#6000000000000000
+        < 581#8000000001000405
+        + 5s
+        ",
+    );
+}
+
+#[test]
 fn the_client_may_abort() {
     Bench::new().talk(
         "
@@ -209,6 +232,23 @@ fn the_client_may_abort() {
         + 5s
         ",
     );
+}
+
+#[test]
+fn stopping_the_node_or_resetting_it_ends_the_transfer() {
+    for command in ["000#0201", "000#8101", "000#8201"] {
+        let mut bench = Bench::new();
+        bench.send("601#4008100000000000");
+        bench.send(command);
+        assert_eq!(bench.pass(Duration::from_secs(5)), []);
+        bench.send("000#8001");
+        bench.talk(
+            "
+            > 601#6000000000000000
+            < 581#8000000001000405
+            ",
+        );
+    }
 }
 
 #[test]

@@ -4,7 +4,6 @@
 //! Around it one thread moves frames between the core and the links, and a second one serves
 //! [`socketcand`] clients. Nothing but frames passes between the two, by bounded queues.
 
-#![forbid(unsafe_code)]
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
 
 pub mod alarm;
@@ -19,4 +18,5 @@ mod log;
 mod reporter;
 mod run;
 pub mod socketcand;
+mod sys;
 mod wait;

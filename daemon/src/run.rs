@@ -69,7 +69,7 @@ fn start(gateway: &Gateway, listening: Vec<Listening>) -> Result<CoreLoop, Failu
     let clients = serve_clients(listening, &alarm, clock).map_err(other)?;
     let devices = gateway.devices.iter().map(|device| device.name.clone()).collect();
     let reporter = Reporter::new(devices, links.len());
-    Ok(CoreLoop { core, links, clients, clock, alarm, stop, reporter })
+    Ok(CoreLoop { core, links, clients, clock, alarm, stop, reporter, turns_without_clock: 0 })
 }
 
 fn plans(gateway: &Gateway) -> Vec<Plan> {

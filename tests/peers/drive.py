@@ -55,13 +55,14 @@ class Drive(BaseNode402):
         wait_until("samples in TPDO3 and TPDO4", lambda: self.positions and self.velocities)
 
     def enable(self, mode):
-        """Change the mode, which the drive takes only while it is not enabled, and enable it."""
+        """Change the mode, which the drive takes only while it is not enabled, and enable it at rest."""
         if self.state == "OPERATION ENABLED":
             self.state = "SWITCHED ON"
         self.command(2, State402.CW_SWITCH_ON)
         self.op_mode = mode
         wait_until("mode in TPDO2", lambda: self.tpdo[2][MODE_DISPLAY].raw == self.rpdo[2][MODE].raw)
         self.state = "OPERATION ENABLED"
+        self.wait_for_target()
 
     def command(self, rpdo, controlword, value=None):
         """Fill an RPDO: the controlword and, if it has one, the other object's value."""

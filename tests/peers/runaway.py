@@ -5,7 +5,7 @@ down first, and the samples of TPDO4 show the ramp.
 """
 
 from common import arguments, connected, say, wait_until
-from drive import ENABLED, SYNC_PERIOD, Drive
+from drive import ENABLED, SYNC_PERIOD, Drive, state_of
 
 SPEED = 20_000
 ACCELERATION = 20_000
@@ -22,10 +22,11 @@ def main():
         drive.send(4, ENABLED, SPEED)
         wait_until("speed", lambda: drive.velocities[-1] >= SPEED - TOLERANCE)
         say("running")
-        wait_until("velocity 0", lambda: drive.velocities[-1] == 0)
-        ramp = [v for v in drive.velocities[drive.velocities.index(max(drive.velocities)):] if v < SPEED - TOLERANCE]
-        assert len(ramp) > 5 and ramp == sorted(ramp, reverse=True), f"not a ramp down: {ramp}"
-        say("came to rest on a ramp")
+        seen = len(drive.velocities)
+        wait_until("SWITCH ON DISABLED", lambda: state_of(drive.statuswords[-1]) == "SWITCH ON DISABLED")
+        ramp = [v for v in drive.velocities[seen:] if v < SPEED - TOLERANCE]
+        assert len(ramp) > 5 and ramp == sorted(ramp, reverse=True) and ramp[-1] < SPEED / 2, f"no ramp down: {ramp}"
+        say("ramped down, then SWITCH ON DISABLED")
 
 
 main()

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::Signal;
 
 use crate::PATIENCE;
+use crate::capture::statusword;
 use crate::process::Process;
 
 static NEXT: AtomicU32 = AtomicU32::new(1);
@@ -102,8 +103,7 @@ impl Wire {
     /// Waits until TPDO1 of node 1 has shown a statusword whose bits under `mask` are `bits`.
     pub fn expect_statusword(&mut self, mask: u16, bits: u16) {
         self.wait(&format!("statusword {bits:#06X}"), |seen| {
-            let little_endian = seen.strip_prefix("181#").and_then(|data| u16::from_str_radix(data, 16).ok());
-            little_endian.is_some_and(|word| word.swap_bytes() & mask == bits)
+            seen.strip_prefix("181#").and_then(statusword).is_some_and(|word| word & mask == bits)
         });
     }
 

@@ -30,7 +30,14 @@ node_id = 128
 
     let errors = String::from_utf8_lossy(&output.stderr).replace(file, "bad.toml");
     assert_eq!(output.status.code(), Some(78), "{errors}");
-    insta::assert_snapshot!(errors, @"");
+    insta::assert_snapshot!(errors, @r"
+    bad.toml:7:11: error: unknown profile `no-such-profile`
+      help: known: cia402-servo, jvl-mac00-fc4
+    bad.toml:14:7: error: unknown bus `can9`
+      help: did you mean `can0`? known: can0
+    bad.toml:15:11: error: `node_id` cannot be 128
+      help: write a number from 1 to 127
+    ");
 }
 
 #[test]

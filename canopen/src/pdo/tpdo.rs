@@ -77,7 +77,7 @@ impl Tpdo {
 
     /// Notes a remote frame.
     pub(crate) fn request(&mut self) {
-        self.is_requested = self.cob_id.allows_rtr();
+        self.is_requested = true;
     }
 
     fn is_active(&self) -> bool {

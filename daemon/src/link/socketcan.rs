@@ -5,19 +5,18 @@
 
 use core::time::Duration;
 use std::collections::VecDeque;
-use std::io::{self, IoSlice, IoSliceMut};
+use std::io::{self, IoSlice};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
 
 use ::socketcan::{CanFilter, CanSocket, Socket, SocketOptions};
 use canopen::{Frame, Id};
 use nix::errno::Errno;
-use nix::sys::socket::{MsgFlags, MultiHeaders, recvmmsg, send, sendmmsg};
+use nix::sys::socket::{MsgFlags, MultiHeaders, send, sendmmsg};
 use od::Instant;
 
-use super::wire_format::{self, SIZE};
+use super::wire_format::{self, EXTENDED, EXTENDED_MASK, REMOTE, SIZE, STANDARD_MASK};
+use crate::sys::{self, BATCH};
 
-/// Frames that pass the kernel in one system call.
-pub(crate) const BATCH: usize = 64;
 /// How long [`Patience::Block`] waits for a frame at most.
 pub(crate) const LONGEST_BLOCK: Duration = Duration::from_millis(500);
 
@@ -31,11 +30,6 @@ const RETRY_OPEN: Duration = Duration::from_millis(500);
 const MAX_FILTERS: usize = 512;
 /// Room for a burst; the kernel gives what it may (`net.core.rmem_max`).
 const RECEIVE_BUFFER: usize = 1 << 20;
-
-const EXTENDED: u32 = 1 << 31;
-const REMOTE: u32 = 1 << 30;
-const STANDARD_MASK: u32 = 0x7FF;
-const EXTENDED_MASK: u32 = 0x1FFF_FFFF;
 
 /// Whether to wait for a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,31 +138,30 @@ impl SocketCan {
         }
     }
 
-    /// Adds the frames that have come, at most [`BATCH`], to `frames`.
-    pub(crate) fn receive(&mut self, patience: Patience, frames: &mut Vec<Frame>) -> io::Result<()> {
-        let Some(socket) = &self.socket else { return Ok(()) };
+    /// Adds the frames that have come, at most [`BATCH`], to `frames`; how long that took, if there were any.
+    pub(crate) fn receive(
+        &mut self,
+        patience: Patience,
+        frames: &mut Vec<Frame>,
+    ) -> io::Result<Option<Duration>> {
+        let Some(socket) = self.fd() else { return Ok(None) };
         let flags = match patience {
             Patience::Block => MsgFlags::MSG_WAITFORONE,
             Patience::Try => MsgFlags::MSG_DONTWAIT,
         };
-        let mut buffers = [[0; SIZE]; BATCH];
-        let mut lengths = [0; BATCH];
-        let mut slices = buffers.each_mut().map(|buffer| [IoSliceMut::new(buffer)]);
-        let received = match recvmmsg(socket.as_raw_fd(), &mut self.headers, slices.iter_mut(), flags, None) {
+        let (mut messages, mut lengths) = ([[0; SIZE]; BATCH], [0; BATCH]);
+        let (received, time) = match sys::receive(socket, &mut messages, &mut lengths, flags) {
             Ok(received) => received,
-            Err(Errno::EAGAIN | Errno::EINTR) => return Ok(()),
+            Err(Errno::EAGAIN | Errno::EINTR) => return Ok(None),
             Err(error) => return Err(error.into()),
         };
-        for (length, message) in lengths.iter_mut().zip(received) {
-            *length = message.bytes;
-        }
-        for (length, buffer) in lengths.into_iter().zip(&buffers).take_while(|(length, _)| *length > 0) {
-            match wire_format::decode(buffer).filter(|_| length == SIZE) {
+        for (message, length) in messages.iter().zip(lengths).take(received) {
+            match wire_format::decode(message).filter(|_| length == SIZE) {
                 Some(frame) => frames.push(frame),
                 None => self.losses.malformed += 1,
             }
         }
-        Ok(())
+        Ok(Some(time))
     }
 
     /// Puts a frame behind those that are to be sent.

@@ -7,15 +7,15 @@ use canopen::{Frame, Id};
 pub(crate) const SIZE: usize = 16;
 
 /// CAN_EFF_FLAG: a 29-bit identifier.
-const EXTENDED: u32 = 1 << 31;
+pub(super) const EXTENDED: u32 = 1 << 31;
 /// CAN_RTR_FLAG.
-const REMOTE: u32 = 1 << 30;
+pub(super) const REMOTE: u32 = 1 << 30;
 /// CAN_ERR_FLAG: no frame of the bus, but news of the controller.
 const ERROR: u32 = 1 << 29;
 /// CAN_EFF_MASK.
-const EXTENDED_MASK: u32 = 0x1FFF_FFFF;
+pub(super) const EXTENDED_MASK: u32 = 0x1FFF_FFFF;
 /// CAN_SFF_MASK.
-const STANDARD_MASK: u32 = 0x7FF;
+pub(super) const STANDARD_MASK: u32 = 0x7FF;
 
 /// The frame that `bytes` hold; `None` for error frames and for lengths above eight.
 pub(crate) fn decode(bytes: &[u8; SIZE]) -> Option<Frame> {

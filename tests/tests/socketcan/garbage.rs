@@ -84,20 +84,42 @@ fn malformed_nmt_commands_are_ignored() {
 }
 
 #[test]
-fn a_sync_with_data_it_should_not_have_is_reported() {
+fn a_sync_with_data_it_should_not_have_is_reported_once() {
     Bench::new().assert_answers(&[
-        ("080#0102", &["081#4082110000000000"]),
+        ("080#0102", &["081#4082110200000000"]),
+        ("080#01", &[]),
+        // The next good one ends the error, and is answered by the synchronous TPDOs.
+        ("080#", &["081#0000000000000000", "381#370200000000", "481#370200000000"]),
         ("080#R", &[]),
         ("00000080#", &[]),
     ]);
 }
 
 #[test]
-fn an_rpdo_too_short_for_its_mapping_is_reported() {
+fn an_rpdo_of_the_wrong_length_is_reported_once() {
     Bench::new().assert_answers(&[
-        ("201#06", &["081#1082110000000000"]),
+        ("201#06", &["081#1082110100010000"]),
+        ("201#", &[]),
+        // Of a long one the mapped bytes are used; they say what the drive does already.
+        ("201#0F0000", &["081#2082110100030000", "081#0000110000000000"]),
+        ("201#0F00", &["081#0000000000000000"]),
         ("201#R2", &[]),
         ("00000201#0000", &[]),
+    ]);
+}
+
+#[test]
+fn remote_requests_are_answered_only_by_a_tpdo_that_allows_them() {
+    Bench::new().assert_answers(&[
+        ("181#R2", &[]),
+        // Bit 30 of the COB-ID forbids it; the PDO is disabled (bit 31) before that is changed.
+        ("601#23001801810100C0", &["581#6000180100000000"]),
+        // Enabled in OPERATIONAL, an event-driven TPDO is sent at once.
+        ("601#2300180181010000", &["581#6000180100000000", "181#3702"]),
+        ("181#R2", &["181#3702"]),
+        ("00000181#R2", &[]),
+        ("581#R8", &[]),
+        ("701#R1", &[]),
     ]);
 }
 
@@ -153,7 +175,7 @@ fn sdo_writes_that_may_not_be_are_aborted() {
 fn an_sdo_segment_with_the_wrong_toggle_bit_is_aborted() {
     Bench::new().assert_answers(&[
         // 0x1008, the device name, is longer than an expedited answer.
-        ("601#4008100000000000", &["581#4108100000000000"]),
+        ("601#4008100000000000", &["581#4108100009000000"]),
         ("601#7000000000000000", &["581#8008100000000305"]),
     ]);
 }

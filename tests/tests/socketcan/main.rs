@@ -53,7 +53,7 @@ fn sigterm_lets_a_running_axis_ramp_down_first() {
 
     daemon.terminate();
 
-    assert_eq!(peer.finish(), "running\ncame to rest on a ramp\n");
+    assert_eq!(peer.finish(), "running\nramped down, then SWITCH ON DISABLED\n");
     daemon.wait_until_stopped();
 }
 

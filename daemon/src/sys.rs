@@ -1,0 +1,83 @@
+//! The one system call that no safe wrapper offers in full: `recvmmsg` with the time that it took.
+
+#![allow(unsafe_code)]
+
+use core::mem::zeroed;
+use core::time::Duration;
+use std::os::fd::{AsRawFd, BorrowedFd};
+
+use nix::errno::Errno;
+use nix::sys::socket::MsgFlags;
+
+/// Messages of `SIZE` bytes that one call takes at most.
+pub(crate) const BATCH: usize = 64;
+
+/// Longer than any call lasts: whoever waits sets the socket's own time-out.
+const LONG: i64 = 1 << 30;
+
+/// Receives up to [`BATCH`] datagrams into `messages` and their lengths into `lengths`; how many, and how long that
+/// took.
+///
+/// The kernel gives back what is left of the time-out it was given. So the caller knows the time without asking
+/// for it, which is a system call of its own where the clock cannot be read from user space.
+pub(crate) fn receive<const SIZE: usize>(
+    socket: BorrowedFd<'_>,
+    messages: &mut [[u8; SIZE]; BATCH],
+    lengths: &mut [usize; BATCH],
+    flags: MsgFlags,
+) -> nix::Result<(usize, Duration)> {
+    let mut places = messages
+        .each_mut()
+        .map(|message| libc::iovec { iov_base: message.as_mut_ptr().cast(), iov_len: SIZE });
+    // SAFETY: these are C structures of numbers and pointers, for which zeros are valid.
+    let mut headers: [libc::mmsghdr; BATCH] = unsafe { zeroed() };
+    for (header, place) in headers.iter_mut().zip(&mut places) {
+        header.msg_hdr.msg_iov = place;
+        header.msg_hdr.msg_iovlen = 1;
+    }
+    let mut left = libc::timespec { tv_sec: LONG, tv_nsec: 0 };
+    // SAFETY: `headers` has BATCH elements, each with one place of SIZE bytes that only this call writes to, no
+    // name and no control data; all of them and `left` outlive the call.
+    let received = unsafe {
+        libc::recvmmsg(socket.as_raw_fd(), headers.as_mut_ptr(), BATCH as u32, flags.bits(), &raw mut left)
+    };
+    let received = usize::try_from(Errno::result(received)?).unwrap_or(0);
+    for (length, header) in lengths.iter_mut().zip(&headers) {
+        *length = header.msg_len as usize;
+    }
+    let left =
+        Duration::new(u64::try_from(left.tv_sec).unwrap_or(0), u32::try_from(left.tv_nsec).unwrap_or(0));
+    Ok((received, Duration::from_secs(LONG.unsigned_abs()).saturating_sub(left)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::fd::AsFd;
+    use std::os::unix::net::UnixDatagram;
+    use std::thread;
+
+    #[test]
+    fn what_waits_comes_in_one_call_with_the_time_it_took() {
+        let (near, far) = UnixDatagram::pair().unwrap();
+        let sender = thread::spawn(move || {
+            thread::sleep(Duration::from_millis(20));
+            far.send(&[1, 2, 3]).unwrap();
+            far
+        });
+        let (mut messages, mut lengths) = ([[0; 4]; BATCH], [0; BATCH]);
+        let flags = MsgFlags::MSG_WAITFORONE;
+        let (received, time) = receive(near.as_fd(), &mut messages, &mut lengths, flags).unwrap();
+        assert_eq!((received, lengths[0], messages[0]), (1, 3, [1, 2, 3, 0]));
+        assert!((10..2000).contains(&time.as_millis()), "{time:?}");
+
+        let far = sender.join().unwrap();
+        far.send(&[4]).unwrap();
+        far.send(&[5]).unwrap();
+        let (received, _) =
+            receive(near.as_fd(), &mut messages, &mut lengths, MsgFlags::MSG_DONTWAIT).unwrap();
+        assert_eq!((received, messages[0][0], messages[1][0]), (2, 4, 5));
+        let nothing = receive(near.as_fd(), &mut messages, &mut lengths, MsgFlags::MSG_DONTWAIT);
+        assert_eq!(nothing, Err(Errno::EAGAIN));
+    }
+}

@@ -50,7 +50,10 @@ fn every_command_byte_has_an_answer_but_abort() {
             0 | 3 => &["581#8000000001000405"], // segment of no transfer
             1 | 2 => &["581#80FF5F0000000206"], // no object
             4 => &[],
-            _ => &["581#80FF5F0001000405"], // unknown
+            5 if command & 3 == 0 => &["581#80FF5F0000000206"], // no object for a block upload
+            6 if command & 1 == 0 => &["581#80FF5F0000000206"], // no object for a block download
+            5 | 6 => &["581#8000000001000405"],                 // block of no transfer
+            _ => &["581#80FF5F0001000405"],                     // unknown
         };
         assert_eq!(answer, expected, "{request}");
         assert_eq!(bench.node.poll_timeout(), None);

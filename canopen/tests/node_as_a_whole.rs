@@ -151,7 +151,9 @@ fn is_sdo_answer(frame: &Frame) -> bool {
     let Some([command, ..]) = frame.eight() else { return false };
     match command {
         0x80 | 0x60 | 0x20 | 0x30 | 0x41 | 0x43 | 0x47 | 0x4B | 0x4F => true,
-        _ => command & 0xE0 == 0, // an upload segment
+        0xA1 | 0xA2 | 0xA4 | 0xC6 => true,
+        _ if command & 0xE3 == 0xC1 => true, // the end of a block upload
+        _ => matches!(command & 0x7F, 1..=127) || command & 0xE0 == 0, // a segment
     }
 }
 

@@ -2,6 +2,9 @@
 
 use od::{AbortCode, Address};
 
+/// The command of an abort, by either side. Between the segments of a block only this very byte is one.
+pub(crate) const ABORT: u8 = 0x80;
+
 /// What a client asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Request {
@@ -159,7 +162,7 @@ impl Response {
                 let [low, high] = crc.to_le_bytes();
                 [0xC1 | (unused & 0x07) << 2, low, high, 0, 0, 0, 0, 0]
             }
-            Self::Abort { address, code } => initiate(0x80, address, code.code().to_le_bytes()),
+            Self::Abort { address, code } => initiate(ABORT, address, code.code().to_le_bytes()),
         }
     }
 }

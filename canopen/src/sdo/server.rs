@@ -5,7 +5,7 @@ use core::time::Duration;
 use od::{AbortCode, Address, Instant, Value};
 
 use super::block::{BlockDownload, BlockUpload, MAX_BLOCK};
-use super::command::{Request, Response};
+use super::command::{ABORT, Request, Response};
 use crate::communication::Objects;
 
 /// Silence of the client after which an unfinished transfer is aborted.
@@ -103,7 +103,7 @@ impl Server {
         let request = Request::decode(message);
         let (address, step) = match &mut self.transfer {
             Transfer::BlockDownload(address, download)
-                if download.expects_segment() && request != Request::Abort =>
+                if download.expects_segment() && message[0] != ABORT =>
             {
                 let step = download.segment(message, &mut self.buffer);
                 (

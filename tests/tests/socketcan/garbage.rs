@@ -96,15 +96,21 @@ fn a_sync_with_data_it_should_not_have_is_reported_once() {
 }
 
 #[test]
-fn an_rpdo_of_the_wrong_length_is_reported_once() {
+fn an_rpdo_too_short_for_its_mapping_is_reported() {
     Bench::new().assert_answers(&[
         ("201#06", &["081#1082110100010000"]),
-        ("201#", &[]),
-        // Of a long one the mapped bytes are used; they say what the drive does already.
-        ("201#0F0000", &["081#2082110100030000", "081#0000110000000000"]),
+        // Once, until a good one ends the error.
+        ("201#00", &[]),
         ("201#0F00", &["081#0000000000000000"]),
-        ("201#R2", &[]),
-        ("00000201#0000", &[]),
+    ]);
+}
+
+#[test]
+fn an_rpdo_too_long_for_its_mapping_is_used_and_reported() {
+    Bench::new().assert_answers(&[
+        // What it maps says what the drive does already.
+        ("201#0F0000", &["081#2082110100030000"]),
+        ("201#0F00", &["081#0000000000000000"]),
     ]);
 }
 
@@ -118,6 +124,7 @@ fn remote_requests_are_answered_only_by_a_tpdo_that_allows_them() {
         ("601#2300180181010000", &["581#6000180100000000", "181#3702"]),
         ("181#R2", &["181#3702"]),
         ("00000181#R2", &[]),
+        ("201#R2", &[]),
         ("581#R8", &[]),
         ("701#R1", &[]),
     ]);
@@ -185,6 +192,7 @@ fn cob_ids_of_nobody_are_ignored() {
     Bench::new().assert_answers(&[
         ("602#4000100000000000", &[]),
         ("202#0000", &[]),
+        ("00000201#0000", &[]),
         ("581#4300100092010200", &[]),
         ("181#0000", &[]),
         ("081#0000000000000000", &[]),

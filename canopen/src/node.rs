@@ -1,21 +1,23 @@
 //! One CANopen device on one network.
 
+mod services;
+
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 use core::time::Duration;
 
-use od::{AbortCode, Address, Bus, Dictionary, Instant, Origin, Schema, Write};
+use od::{AbortCode, Bus, Dictionary, Instant, Origin, Schema, Write};
 use thiserror::Error;
 
-use crate::cob_id::{NMT, NMT_ERROR_CONTROL, SDO_RECEIVE, SDO_TRANSMIT};
-use crate::communication::{self as objects, Objects, parameter};
+use crate::cob_id::NMT_ERROR_CONTROL;
+use crate::communication::{self as objects, parameter};
 use crate::deadline;
 use crate::emcy::Producer;
 use crate::pdo::{Occasion, Pdos, Tpdo};
-use crate::rules;
-use crate::sdo::{Server, Step};
-use crate::{Emergency, Frame, Id, NmtCommand, NmtState};
+use crate::sdo::Server;
+use crate::{Emergency, Frame, Id, NmtState};
+use services::Service;
 
 /// What the owner of a node is to act on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,16 +61,6 @@ pub struct Counters {
 
 /// Frames that may wait to be sent.
 const MAX_WAITING: usize = 1024;
-
-/// What a frame with a subscribed identifier is for; the numbers are positions in the node's lists of PDOs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Service {
-    Nmt,
-    Sync,
-    Sdo,
-    Rpdo(usize),
-    TpdoRequest(usize),
-}
 
 /// One node. See the crate's documentation for how it is driven.
 #[derive(Debug)]
@@ -229,127 +221,6 @@ impl Node {
         self.events.pop_front()
     }
 
-    fn serve(&mut self, now: Instant, service: Service, frame: &Frame, application: &mut Dictionary) {
-        let is_request = matches!(service, Service::TpdoRequest(_));
-        if frame.is_remote != is_request {
-            self.counters.malformed += u64::from(!is_request);
-            return;
-        }
-        match service {
-            Service::Nmt => self.handle_nmt(now, frame, application),
-            Service::Sync if self.state.communicates() => self.handle_sync(frame, application),
-            Service::Sdo if self.state.communicates() => self.handle_sdo(now, frame, application),
-            Service::Rpdo(position) if self.state == NmtState::Operational => {
-                self.handle_rpdo(position, frame, application);
-            }
-            Service::TpdoRequest(position) => {
-                self.pdos.transmit.get_mut(position).into_iter().for_each(Tpdo::request);
-            }
-            Service::Sync | Service::Sdo | Service::Rpdo(_) => {}
-        }
-    }
-
-    fn handle_nmt(&mut self, now: Instant, frame: &Frame, application: &Dictionary) {
-        self.counters.malformed += u64::from(frame.len() != 2);
-        match NmtCommand::decode(frame.payload(), self.node_id) {
-            None => {}
-            Some(NmtCommand::Start) => self.enter(now, NmtState::Operational),
-            Some(NmtCommand::Stop) => self.enter(now, NmtState::Stopped),
-            Some(NmtCommand::EnterPreOperational) => self.enter(now, NmtState::PreOperational),
-            Some(NmtCommand::ResetNode) => {
-                self.notify(Event::Reset);
-                self.emcy = Producer::default();
-                self.boot(now, application.schema());
-            }
-            Some(NmtCommand::ResetCommunication) => self.boot(now, application.schema()),
-        }
-    }
-
-    fn handle_sync(&mut self, frame: &Frame, application: &mut Dictionary) {
-        if !frame.is_empty() {
-            self.raise(Emergency::communication(Emergency::SYNC_LENGTH, [frame.len() as u8, 0, 0, 0, 0]));
-            self.counters.malformed += 1;
-            return;
-        }
-        self.clear(Emergency::SYNC_LENGTH);
-        self.is_synced = true;
-        for rpdo in self.pdos.receive.iter_mut().filter(|r| r.is_synchronous()) {
-            let is_taken = rpdo.apply(application, self.origin, &mut self.batch);
-            self.counters.refused_rpdos += u64::from(!is_taken);
-        }
-    }
-
-    fn handle_rpdo(&mut self, position: usize, frame: &Frame, application: &mut Dictionary) {
-        let Some(rpdo) = self.pdos.receive.get_mut(position) else { return };
-        let [low, high] = (rpdo.parameters.number + 1).to_le_bytes();
-        let detail = [low, high, frame.len() as u8, 0, 0];
-        let before = rpdo.reception;
-        rpdo.receive(frame.payload());
-        let after = rpdo.reception;
-        if !rpdo.is_synchronous() {
-            let is_taken = rpdo.apply(application, self.origin, &mut self.batch);
-            self.counters.refused_rpdos += u64::from(!is_taken);
-        }
-        if let Some(code) = after.error() {
-            self.raise(Emergency::communication(code, detail));
-        }
-        if let Some(code) = before.error()
-            && self.pdos.receive.iter().all(|r| r.reception != before || !r.is_active())
-        {
-            self.clear(code);
-        }
-    }
-
-    fn handle_sdo(&mut self, now: Instant, frame: &Frame, application: &mut Dictionary) {
-        let Some(message) = frame.eight() else {
-            self.counters.malformed += 1;
-            return;
-        };
-        let mut objects = Objects { communication: &mut self.communication, application };
-        let answer = match self.sdo.handle(now, message, &objects) {
-            Step::Silent => {
-                while let Some(segment) = self.sdo.poll_segment() {
-                    self.answer_sdo(segment);
-                }
-                return;
-            }
-            Step::Answer(answer) => answer,
-            Step::Write { address, answer } => {
-                let pdos = &self.pdos;
-                let rules =
-                    |objects: &Objects<'_>, slot, raw| rules::check(pdos, objects, address, slot, raw);
-                match objects.write(self.origin, address, self.sdo.data(), rules) {
-                    Ok(()) => {
-                        self.take_over(now, application.schema());
-                        answer
-                    }
-                    Err(code) => self.sdo.refuse(address, code),
-                }
-            }
-        };
-        self.answer_sdo(answer);
-    }
-
-    fn answer_sdo(&mut self, answer: [u8; 8]) {
-        self.send(Frame::new(Id::Standard(SDO_TRANSMIT + u16::from(self.node_id)), &answer));
-    }
-
-    /// Acts on communication objects that were written.
-    fn take_over(&mut self, now: Instant, application: &Schema) {
-        while let Some(slot) = self.communication.take_written() {
-            let Some(Address { index, .. }) = self.communication.schema().address(slot) else { continue };
-            match index {
-                objects::HEARTBEAT_PRODUCER => self.start_heartbeat(now),
-                objects::COB_ID_SYNC => self.resubscribe(),
-                index => {
-                    if self.pdos.reload(now, index, &self.communication, application) {
-                        self.resubscribe();
-                    }
-                }
-            }
-        }
-    }
-
     /// Initialisation (CiA 301 v4.2, section 7.3.2.2.1): defaults, boot-up, PRE-OPERATIONAL.
     fn boot(&mut self, now: Instant, application: &Schema) {
         self.communication.reset();
@@ -389,19 +260,6 @@ impl Node {
 
     fn error_control(&self) -> Id {
         Id::Standard(NMT_ERROR_CONTROL + u16::from(self.node_id))
-    }
-
-    fn resubscribe(&mut self) {
-        self.services.clear();
-        self.services.push((Id::Standard(NMT), Service::Nmt));
-        self.services.push((Id::Standard(SDO_RECEIVE + u16::from(self.node_id)), Service::Sdo));
-        let sync = objects::cob_id(&self.communication, objects::COB_ID_SYNC);
-        self.services.extend(sync.map(|cob_id| (cob_id.id(), Service::Sync)));
-        self.services.extend(self.pdos.rpdo_ids().map(|(position, id)| (id, Service::Rpdo(position))));
-        self.services
-            .extend(self.pdos.request_ids().map(|(position, id)| (id, Service::TpdoRequest(position))));
-        self.services.sort_unstable();
-        self.notify(Event::Subscriptions);
     }
 
     /// Of equal events that nobody took yet the last one counts, so the last NMT state is the present one.

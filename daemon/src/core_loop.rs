@@ -18,10 +18,13 @@ use crate::core::{Core, LinkId};
 use crate::link::{LONGEST_BLOCK, Link, Patience, SocketCan};
 use crate::reporter::Reporter;
 use crate::socketcand::Inbound;
-use crate::wait::wait;
+use crate::sys::BATCH;
+use crate::wait::{wait, wake_punctually};
 
 /// How long the axes may take to ramp down at the end.
 const LONGEST_RAMP: Duration = Duration::from_secs(5);
+/// How long masters can then still see the axes at rest.
+const FAREWELL: Duration = Duration::from_millis(100);
 /// Frames of clients that are taken before everything else has its turn again.
 const CLIENT_BATCH: usize = 64;
 /// How much later than [`LONGEST_BLOCK`] a deadline must be for a sleep in the receiving system call, whose
@@ -60,7 +63,8 @@ impl CoreLoop {
     /// # Errors
     /// The operating system does not let it sleep.
     pub(crate) fn run(mut self, ready: impl FnOnce()) -> io::Result<()> {
-        let mut frames = Vec::with_capacity(CLIENT_BATCH);
+        wake_punctually();
+        let mut frames = Vec::with_capacity(BATCH);
         let mut now = self.clock.now();
         self.start(now);
         ready();
@@ -85,15 +89,29 @@ impl CoreLoop {
             has_backlog = self.take_from_clients(now);
             self.transmit(now);
             self.do_what_is_due(now);
-            if self.stop.load(Ordering::Relaxed) && end.is_none() {
-                end = Some(now + LONGEST_RAMP);
-                self.core.shut_down(now);
-                self.transmit(now);
+            if self.stop.load(Ordering::Relaxed) {
+                end = Some(self.stop_axes(now, end));
             }
             self.reporter.report(now, &mut self.core, &self.links);
-            if end.is_some_and(|end| self.core.is_quiet() || end <= now) {
+            if end.is_some_and(|end| end <= now) {
                 return Ok(());
             }
+        }
+    }
+
+    /// Lets the axes ramp down, once; when to leave, as far as that is known.
+    fn stop_axes(&mut self, now: Instant, end: Option<Instant>) -> Instant {
+        let was_quiet = self.core.is_quiet();
+        match end {
+            // Nothing moves.
+            None if was_quiet => now,
+            None => {
+                self.core.shut_down(now);
+                self.transmit(now);
+                now + LONGEST_RAMP
+            }
+            Some(end) if was_quiet => end.min(now + FAREWELL),
+            Some(end) => end,
         }
     }
 

@@ -54,6 +54,7 @@ pub(crate) fn encode(frame: &Frame) -> [u8; SIZE] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn frames_survive_the_way_through_the_kernel() {
@@ -65,6 +66,15 @@ mod tests {
             Frame::remote(Id::Extended(0x181), 0),
         ] {
             assert_eq!(decode(&encode(&frame)), Some(frame));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_the_kernel_delivers_is_a_frame_or_none(bytes: [u8; SIZE]) {
+            if let Some(frame) = decode(&bytes) {
+                prop_assert_eq!(decode(&encode(&frame)), Some(frame));
+            }
         }
     }
 

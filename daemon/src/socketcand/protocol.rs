@@ -116,6 +116,7 @@ impl Scanner {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     fn scan(text: &str) -> Vec<Result<Command, Refusal>> {
         let mut scanner = Scanner::default();
@@ -157,6 +158,25 @@ mod tests {
             ["601", "601 9 0 0 0 0 0 0 0 0 0", "601 2 0", "601 1 0 0", "601 1 100", "601 1 -1", "601 F 0"]
         {
             assert_eq!(scan(&format!("<send {wrong}>")), [Err("syntax error in send command")], "{wrong}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_a_client_sends_is_survived_and_forgotten(noise: Vec<u8>) {
+            let mut scanner = Scanner::default();
+            noise.into_iter().for_each(|byte| drop(scanner.take(byte)));
+            let echo: Vec<_> = b"<echo>".iter().filter_map(|byte| scanner.take(*byte)).collect();
+            prop_assert_eq!(echo, [Ok(Command::Echo)]);
+        }
+
+        #[test]
+        fn a_frame_that_is_shown_can_be_sent(id in 0_u32..=0x1FFF_FFFF, extended: bool, payload: Vec<u8>) {
+            let id = if extended { Id::Extended(id) } else { Id::Standard((id & 0x7FF) as u16) };
+            let frame = Frame::new(id, &payload);
+            let bytes: Vec<_> = frame.payload().iter().map(|byte| format!("{byte:x}")).collect();
+            let text = format!("< send {} {} {} >", frame.id, frame.len(), bytes.join(" "));
+            prop_assert_eq!(scan(&text), [Ok(Command::Send(frame))]);
         }
     }
 

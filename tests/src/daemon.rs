@@ -43,6 +43,14 @@ impl Daemon {
         Self { process, stopped: false, _config: config }
     }
 
+    /// All it has printed, once there is a line with this beginning.
+    pub fn printed_until(&mut self, beginning: &str) -> String {
+        self.process.wait_for(&format!("line {beginning:?}..."), PATIENCE, |line| {
+            line.stream == Stream::Out && line.text.starts_with(beginning)
+        });
+        self.process.stdout()
+    }
+
     /// Asks it to stop, and returns at once.
     pub fn terminate(&mut self) {
         self.process.signal(Signal::SIGTERM);

@@ -19,7 +19,7 @@ mod vcan;
 
 pub use capture::story;
 pub use daemon::{Bus, Daemon, axisd, config, free_port};
-pub use peer::{Master, Peer, objects_in_eds};
+pub use peer::{Master, Peer, objects_in_eds, run_python};
 pub use temp::TempDir;
 pub use vcan::{Vcan, Wire};
 

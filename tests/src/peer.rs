@@ -36,17 +36,17 @@ impl Master {
         Self { arguments: way.iter().map(|&word| word.to_owned()).chain(eds).collect(), _eds: dir }
     }
 
-    /// Runs `tests/peers/{script}.py` to its end, which has to be with status 0, and gives what it printed.
+    /// Runs `tests/peers/{name}.py` to its end, which has to be with status 0, and gives what it printed.
     #[must_use]
-    pub fn run(&self, script: &str, more: &[&str]) -> String {
-        self.start(script, more).finish()
+    pub fn run(&self, name: &str, more: &[&str]) -> String {
+        self.start(name, more).finish()
     }
 
-    /// Starts `tests/peers/{script}.py`.
+    /// Starts `tests/peers/{name}.py`.
     #[must_use]
-    pub fn start(&self, script: &str, more: &[&str]) -> Peer<'_> {
+    pub fn start(&self, name: &str, more: &[&str]) -> Peer<'_> {
         let arguments = self.arguments.iter().map(String::as_str).chain(more.iter().copied());
-        Peer { process: python(script, arguments), _master: self }
+        Peer { process: script(name, arguments), _master: self }
     }
 }
 
@@ -71,20 +71,29 @@ impl Peer<'_> {
     }
 }
 
+/// Runs a piece of Python where python-canopen is, and gives what it printed.
+#[must_use]
+pub fn run_python(code: &str) -> String {
+    finish(Process::spawn("python", python().args(["-c", code])))
+}
+
 /// What python-canopen reads in the EDS of a profile.
 #[must_use]
 pub fn objects_in_eds(profile: &str) -> String {
     let dir = TempDir::new();
     let file = write_eds(&dir, profile);
-    finish(python("check_eds", file.to_str().into_iter()))
+    finish(script("check_eds", file.to_str().into_iter()))
 }
 
-fn python<'a>(script: &str, arguments: impl Iterator<Item = &'a str>) -> Process {
-    let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let python = tests.join("../.venv/bin/python");
+fn script<'a>(name: &str, arguments: impl Iterator<Item = &'a str>) -> Process {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("peers").join(name).with_extension("py");
+    Process::spawn(name, python().arg("-B").arg(file).args(arguments))
+}
+
+fn python() -> Command {
+    let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv/bin/python");
     assert!(python.exists(), "no .venv with the Python peers: scripts/test makes it");
-    let file = tests.join("peers").join(script).with_extension("py");
-    Process::spawn(script, Command::new(python).arg("-B").arg(file).args(arguments))
+    Command::new(python)
 }
 
 fn finish(mut script: Process) -> String {

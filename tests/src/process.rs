@@ -48,21 +48,16 @@ impl Process {
         Self { name: name.to_owned(), child, lines, seen: Vec::new() }
     }
 
-    /// The next line that `wanted` takes, of those that were not yet waited for.
-    pub(crate) fn wait_for(
-        &mut self,
-        what: &str,
-        patience: Duration,
-        wanted: impl Fn(&Line) -> bool,
-    ) -> Line {
+    /// Waits until it has said a line that `wanted` takes.
+    pub(crate) fn wait_for(&mut self, what: &str, patience: Duration, wanted: impl Fn(&Line) -> bool) {
         let deadline = Instant::now() + patience;
-        loop {
-            match self.next_line(deadline) {
-                Ok(line) if wanted(&line) => return line,
-                Ok(_) => {}
+        let mut is_said = self.seen.iter().any(&wanted);
+        while !is_said {
+            is_said = match self.next_line(deadline) {
+                Ok(line) => wanted(&line),
                 Err(RecvTimeoutError::Timeout) => self.give_up(&format!("no {what} within {patience:?}")),
                 Err(RecvTimeoutError::Disconnected) => self.give_up(&format!("ended before {what}")),
-            }
+            };
         }
     }
 

@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 
-use tests::{Bus, Daemon, Master, PATIENCE, axisd, config, free_port};
+use tests::{Bus, Daemon, Master, PATIENCE, axisd, config, free_port, run_python};
 
 const PROFILE: &str = "jvl-mac00-fc4";
 
@@ -86,6 +86,15 @@ fn a_tpdo_is_mapped_anew_by_sdo() {
 
     let log = "mapped anew: 6 bytes, velocity and statusword as by SDO\nafter reset: the default mapping\n";
     assert_eq!(master.run("cia301", &["mapping"]), log);
+}
+
+#[test]
+fn the_lines_that_the_demo_offers_to_try_work() {
+    let mut daemon = Daemon::demo(free_port());
+    let printed = daemon.printed_until("print(");
+    let code = printed.split_once("\nimport ").expect("the demo offers lines of Python").1;
+
+    assert_eq!(run_python(&format!("import {code}")), "MAC00-FC4\n");
 }
 
 #[test]

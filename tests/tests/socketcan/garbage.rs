@@ -2,7 +2,9 @@
 
 use tests::{Daemon, Vcan, Wire};
 
-use crate::{DEVICE_TYPE, READ_DEVICE_TYPE, one_drive};
+use crate::{
+    DEVICE_TYPE, OPERATION_ENABLED, READ_DEVICE_TYPE, READY_TO_SWITCH_ON, STATE, SWITCHED_ON, one_drive,
+};
 
 /// Node 1 on a bus of its own, OPERATIONAL and its drive in OPERATION ENABLED.
 struct Bench {
@@ -24,16 +26,32 @@ const WATCHED: [&str; 9] = [
     "601#4081600000000000",
 ];
 
+/// Garbage that no master mistakes for an answer to itself, and that earns none.
+pub(crate) const UNANSWERED: [&str; 10] = [
+    "000#",
+    "000#81",
+    "000#810100",
+    "000#FF01",
+    "00000000#8101",
+    "080#R",
+    "601#40001000",
+    "00000201#0000",
+    "00000601#4000100000000000",
+    "6FF#DEADBEEF",
+];
+
 impl Bench {
     fn new() -> Self {
         let interface = Vcan::new();
         let daemon = one_drive(&interface);
         let mut wire = Wire::on(&interface);
         wire.send("000#0101");
-        // Shutdown, switch on, enable operation: each leads to the state with these bits (CiA 402, table 30).
-        for (controlword, state) in [("0600", 0x21), ("0700", 0x23), ("0F00", 0x27)] {
+        // Shutdown, switch on, enable operation.
+        for (controlword, state) in
+            [("0600", READY_TO_SWITCH_ON), ("0700", SWITCHED_ON), ("0F00", OPERATION_ENABLED)]
+        {
             wire.send(&format!("201#{controlword}"));
-            wire.expect_statusword(0x6F, state);
+            wire.expect_statusword(STATE, state);
         }
         Self { wire, _daemon: daemon, _interface: interface }
     }

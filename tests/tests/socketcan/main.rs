@@ -2,12 +2,21 @@
 
 mod garbage;
 
+use std::thread;
+
 use tests::{Bus, Daemon, Master, Vcan, Wire, config, story};
 
 const PROFILE: &str = "jvl-mac00-fc4";
 
 const READ_DEVICE_TYPE: &str = "601#4000100000000000";
 const DEVICE_TYPE: &str = "581#4300100092010200";
+
+/// Bits of the statusword, and what they are in the drive's states (CiA 402, table 30).
+const STATE: u16 = 0x6F;
+const SWITCH_ON_DISABLED: u16 = 0x40;
+const READY_TO_SWITCH_ON: u16 = 0x21;
+const SWITCHED_ON: u16 = 0x23;
+const OPERATION_ENABLED: u16 = 0x27;
 
 fn one_drive(interface: &Vcan) -> Daemon {
     Daemon::start(&config(Bus::Interface(interface), &[("axis1", PROFILE, 1)]))
@@ -29,6 +38,26 @@ fn python_canopen_drives_an_axis() {
 }
 
 #[test]
+fn garbage_beside_a_run_does_not_disturb_it() {
+    let interface = Vcan::new();
+    let wire = Wire::on(&interface);
+    let _daemon = one_drive(&interface);
+    let master = Master::on(&interface, PROFILE);
+
+    let log = thread::scope(|scope| {
+        let run = scope.spawn(|| master.run("drive402", &[]));
+        while !run.is_finished() {
+            garbage::UNANSWERED.iter().for_each(|frame| wire.send(frame));
+        }
+        run.join().expect("the script succeeds")
+    });
+
+    insta::with_settings!({ prepend_module_to_snapshot => false, snapshot_path => "../snapshots" }, {
+        insta::assert_snapshot!("drive402", log);
+    });
+}
+
+#[test]
 fn two_axes_move_at_once() {
     let interface = Vcan::new();
     let _daemon =
@@ -41,6 +70,44 @@ fn two_axes_move_at_once() {
     node 1: target reached at +40000
     node 2: target reached at -40000
     ");
+}
+
+#[test]
+fn what_one_bus_commands_the_other_bus_of_the_device_sees() {
+    let (left, right) = (Vcan::new(), Vcan::new());
+    let _daemon = Daemon::start(&format!(
+        r#"
+        [[bus]]
+        name = "left"
+        link = "socketcan:{}"
+
+        [[bus]]
+        name = "right"
+        link = "socketcan:{}"
+
+        [[device]]
+        name = "axis1"
+        profile = "{PROFILE}"
+
+        [[device.on]]
+        bus = "left"
+        node_id = 1
+
+        [[device.on]]
+        bus = "right"
+        node_id = 1
+        "#,
+        left.name(),
+        right.name(),
+    ));
+    let (commands, mut sees) = (Wire::on(&left), Wire::on(&right));
+    sees.send("000#0101");
+    sees.expect_statusword(STATE, SWITCH_ON_DISABLED);
+
+    commands.send("000#0101");
+    commands.send("201#0600");
+
+    sees.expect_statusword(STATE, READY_TO_SWITCH_ON);
 }
 
 #[test]

@@ -27,6 +27,9 @@ enum Command {
     Check {
         /// Configuration file
         file: PathBuf,
+        /// Print the findings as JSON, for editors and other programs
+        #[arg(long)]
+        json: bool,
     },
     /// Print the electronic data sheet of a device
     Eds {
@@ -64,6 +67,8 @@ struct Source {
 pub(crate) enum Failure {
     /// The configuration is wrong.
     Configuration(String),
+    /// The configuration is wrong, and standard output has said so.
+    ConfigurationShown,
     /// Anything else.
     Other(String),
 }
@@ -73,7 +78,7 @@ pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run(Run { source: Source { config: Some(file), .. }, .. }) => run::file(&file),
         Command::Run(Run { source: Source { config: None, .. }, socketcand }) => run::demo(socketcand),
-        Command::Check { file } => commands::check(&file),
+        Command::Check { file, json } => commands::check(&file, json),
         Command::Eds { config, device } => commands::eds(&config, &device),
     };
     match done {
@@ -82,6 +87,7 @@ pub fn main() -> ExitCode {
             eprintln!("{text}");
             ExitCode::from(CONFIGURATION_ERROR)
         }
+        Err(Failure::ConfigurationShown) => ExitCode::from(CONFIGURATION_ERROR),
         Err(Failure::Other(text)) => {
             eprintln!("axisd: {text}");
             ExitCode::FAILURE

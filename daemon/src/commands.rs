@@ -4,27 +4,41 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use config::Gateway;
+use config::{Diagnostic, Diagnostics, Gateway};
 
 use crate::cli::Failure;
 
 /// The configuration in `file`.
 pub(crate) fn load(file: &Path) -> Result<Gateway, Failure> {
-    let name = file.display().to_string();
-    let text =
-        fs::read_to_string(file).map_err(|error| Failure::Configuration(format!("{name}: {error}")))?;
-    parse(&name, &text)
+    read(file).map_err(|wrong| Failure::Configuration(wrong.to_string()))
 }
 
 /// The configuration `text`, which diagnostics call `name`.
-pub(crate) fn parse(name: &str, text: &str) -> Result<Gateway, Failure> {
-    let read = |path: &Path| fs::read_to_string(path);
-    config::load(name, text, &read).map_err(|diagnostics| Failure::Configuration(diagnostics.to_string()))
+pub(crate) fn parse(name: &str, text: &str) -> Result<Gateway, Diagnostics> {
+    config::load(name, text, &|path: &Path| fs::read_to_string(path))
 }
 
-/// `axisd check`.
-pub(crate) fn check(file: &Path) -> Result<(), Failure> {
-    let gateway = load(file)?;
+/// The configuration in `file`; a file that cannot be read is wrong at its beginning.
+fn read(file: &Path) -> Result<Gateway, Diagnostics> {
+    let name = file.display().to_string();
+    let text = fs::read_to_string(file).map_err(|error| {
+        let file = name.clone();
+        Diagnostics(vec![Diagnostic { file, line: 1, column: 1, message: error.to_string(), help: None }])
+    })?;
+    parse(&name, &text)
+}
+
+/// `axisd check`: for a reader, or all findings as JSON for a program.
+pub(crate) fn check(file: &Path, as_json: bool) -> Result<(), Failure> {
+    let outcome = read(file);
+    if as_json {
+        let none = Diagnostics::default();
+        let wrong = outcome.as_ref().err().unwrap_or(&none);
+        let text = serde_json::to_string_pretty(wrong).map_err(|error| Failure::Other(error.to_string()))?;
+        print(&format!("{text}\n"))?;
+        return if outcome.is_ok() { Ok(()) } else { Err(Failure::ConfigurationShown) };
+    }
+    let gateway = outcome.map_err(|wrong| Failure::Configuration(wrong.to_string()))?;
     gateway.notes.iter().for_each(|note| eprintln!("{note}"));
     let count = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
     let buses = gateway.buses.len();

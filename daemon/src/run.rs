@@ -35,7 +35,8 @@ pub(crate) fn file(file: &Path) -> Result<(), Failure> {
 
 /// `axisd run --demo`.
 pub(crate) fn demo(socketcand: Option<SocketAddr>) -> Result<(), Failure> {
-    let mut gateway = commands::parse("demo.toml", config::DEMO)?;
+    let mut gateway = commands::parse("demo.toml", config::DEMO)
+        .map_err(|wrong| Failure::Configuration(wrong.to_string()))?;
     for bus in &mut gateway.buses {
         bus.socketcand = socketcand.or(bus.socketcand);
     }

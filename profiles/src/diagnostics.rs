@@ -3,10 +3,11 @@
 use core::fmt;
 use core::ops::Range;
 
+use serde::Serialize;
 use thiserror::Error;
 
 /// One finding.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Diagnostic {
     /// Name of the file as its reader knows it.
     pub file: String,
@@ -28,7 +29,8 @@ impl fmt::Display for Diagnostic {
 }
 
 /// Everything that is wrong, sorted by position within a file.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Error, Serialize)]
+#[serde(transparent)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
 impl fmt::Display for Diagnostics {

@@ -41,6 +41,29 @@ node_id = 128
 }
 
 #[test]
+fn check_speaks_json_to_programs() {
+    let dir = TempDir::new();
+    let file = dir.write("bad.toml", "[[bus]]\nname = 3\nlink = \"virtual\"\n");
+    let file = file.to_str().expect("temporary paths are UTF-8");
+
+    let output = axisd(&["check", "--json", file]);
+
+    assert_eq!(output.status.code(), Some(78));
+    let findings = String::from_utf8_lossy(&output.stdout).replace(file, "bad.toml");
+    insta::assert_snapshot!(findings, @r#"
+    [
+      {
+        "file": "bad.toml",
+        "line": 2,
+        "column": 8,
+        "message": "`name` cannot be 3",
+        "help": "write a string"
+      }
+    ]
+    "#);
+}
+
+#[test]
 fn check_accepts_a_good_configuration() {
     let dir = TempDir::new();
     let file = dir.write("good.toml", &config(Bus::Virtual, &[("axis1", "jvl-mac00-fc4", 1)]));

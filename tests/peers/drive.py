@@ -10,13 +10,11 @@ from common import PATIENCE, add_node, reset, wait_until
 
 CONTROLWORD, STATUSWORD = 0x6040, 0x6041
 MODE, MODE_DISPLAY = 0x6060, 0x6061
-POSITION, TARGET_POSITION, TARGET_VELOCITY = 0x6064, 0x607A, 0x60FF
-VELOCITY = 0x606C
+POSITION, VELOCITY = 0x6064, 0x606C
 PROFILE_VELOCITY, PROFILE_ACCELERATION, QUICK_STOP_DECELERATION = 0x6081, 0x6083, 0x6085
 
 ENABLED = State402.CW_OPERATION_ENABLED
 NEW_SET_POINT = 1 << 4
-HALT = 1 << 8
 TARGET_REACHED = 1 << 10
 SET_POINT_ACKNOWLEDGE = 1 << 12
 
@@ -58,21 +56,16 @@ class Drive(BaseNode402):
         """Change the mode, which the drive takes only while it is not enabled, and enable it at rest."""
         if self.state == "OPERATION ENABLED":
             self.state = "SWITCHED ON"
-        self.command(2, State402.CW_SWITCH_ON)
+        self.rpdo[2][CONTROLWORD].raw = State402.CW_SWITCH_ON
         self.op_mode = mode
         wait_until("mode in TPDO2", lambda: self.tpdo[2][MODE_DISPLAY].raw == self.rpdo[2][MODE].raw)
         self.state = "OPERATION ENABLED"
         self.wait_for_target()
 
-    def command(self, rpdo, controlword, value=None):
-        """Fill an RPDO: the controlword and, if it has one, the other object's value."""
-        self.rpdo[rpdo][CONTROLWORD].raw = controlword
-        if value is not None:
-            self.rpdo[rpdo][1].raw = value
-
-    def send(self, rpdo, controlword, value):
-        """Fill an RPDO and send it."""
-        self.command(rpdo, controlword, value)
+    def send(self, rpdo, controlword, target):
+        """Send RPDO3 or RPDO4: the controlword with the target position or velocity."""
+        self.rpdo[rpdo][0].raw = controlword
+        self.rpdo[rpdo][1].raw = target
         self.rpdo[rpdo].transmit()
 
     def set_point(self, target):

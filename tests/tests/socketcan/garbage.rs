@@ -26,18 +26,17 @@ const WATCHED: [&str; 9] = [
     "601#4081600000000000",
 ];
 
-/// Garbage that no master mistakes for an answer to itself, and that earns none.
-pub(crate) const UNANSWERED: [&str; 10] = [
-    "000#",
-    "000#81",
-    "000#810100",
+/// Garbage that earns no answer, and that python-canopen does not mistake for its own frames either: it takes an
+/// extended id for a standard one, and a malformed NMT command for a good one.
+pub(crate) const UNANSWERED: [&str; 8] = [
     "000#FF01",
-    "00000000#8101",
+    "000#0001",
     "080#R",
     "601#40001000",
-    "00000201#0000",
+    "601##44000100000000000",
     "00000601#4000100000000000",
     "6FF#DEADBEEF",
+    "1FFFFFFF#R",
 ];
 
 impl Bench {

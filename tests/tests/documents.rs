@@ -28,7 +28,8 @@ fn every_test_that_the_conformance_matrix_names_exists() {
     let mut named = 0;
     for reference in matrix.split('`').skip(1).step_by(2) {
         let Some((place, test)) = reference.split_once("::") else { continue };
-        let (name, file) = place.split_once('/').unwrap_or_else(|| panic!("`{reference}` is not crate/file::test"));
+        let (name, file) =
+            place.split_once('/').unwrap_or_else(|| panic!("`{reference}` is not crate/file::test"));
         let found = sources(name, file).contains(&format!("fn {test}("));
         assert!(found, "docs/conformance.md names `{reference}`, which does not exist");
         named += 1;
@@ -38,7 +39,8 @@ fn every_test_that_the_conformance_matrix_names_exists() {
 
 #[test]
 fn every_link_between_the_documents_leads_somewhere() {
-    let documents = fs::read_dir(root().join("docs")).unwrap().filter_map(Result::ok).map(|entry| entry.path());
+    let documents =
+        fs::read_dir(root().join("docs")).unwrap().filter_map(Result::ok).map(|entry| entry.path());
     let top = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|name| root().join(name));
     for path in documents.chain(top).filter(|path| path.extension().is_some_and(|e| e == "md")) {
         let text = fs::read_to_string(&path).unwrap();

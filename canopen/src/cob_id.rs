@@ -14,6 +14,7 @@ pub(crate) const NMT_ERROR_CONTROL: u16 = 0x700;
 const NOT_VALID: u32 = 1 << 31;
 const NO_RTR: u32 = 1 << 30;
 const EXTENDED: u32 = 1 << 29;
+const IDENTIFIER: u32 = EXTENDED | EXTENDED_MASK;
 const STANDARD_MASK: u32 = 0x7FF;
 const EXTENDED_MASK: u32 = 0x1FFF_FFFF;
 
@@ -42,6 +43,11 @@ impl CobId {
         } else {
             Id::Standard((self.0 & STANDARD_MASK) as u16)
         }
+    }
+
+    /// Whether both have the same bits 0-29.
+    pub(crate) const fn has_identifier_of(self, other: Self) -> bool {
+        (self.0 ^ other.0) & IDENTIFIER == 0
     }
 
     /// Whether the identifier is well-formed and free for configuration: the restricted CAN-IDs of CiA 301

@@ -14,6 +14,12 @@ pub(crate) const fn is_communication(index: u16) -> bool {
 
 /// The SYNC COB-ID.
 pub(crate) const COB_ID_SYNC: u16 = 0x1005;
+/// Communication cycle period, in us.
+pub(crate) const COMMUNICATION_CYCLE: u16 = 0x1006;
+/// Synchronous window length, in us.
+pub(crate) const SYNC_WINDOW: u16 = 0x1007;
+/// The TIME COB-ID.
+pub(crate) const COB_ID_TIME: u16 = 0x1012;
 /// The EMCY COB-ID.
 pub(crate) const COB_ID_EMCY: u16 = 0x1014;
 /// Pre-defined error field.
@@ -22,6 +28,8 @@ pub(crate) const ERROR_FIELD: u16 = 0x1003;
 pub(crate) const INHIBIT_TIME_EMCY: u16 = 0x1015;
 /// Heartbeat producer time, in ms.
 pub(crate) const HEARTBEAT_PRODUCER: u16 = 0x1017;
+/// Synchronous counter overflow value.
+pub(crate) const SYNC_COUNTER_OVERFLOW: u16 = 0x1019;
 /// Error register.
 pub(crate) const ERROR_REGISTER: u16 = 0x1001;
 /// Communication parameters of RPDO 1.

@@ -25,6 +25,8 @@ mod pdo;
 mod router;
 mod rules;
 mod sdo;
+mod sync;
+mod time;
 
 pub use cob_id::CobId;
 pub use emcy::{Emergency, ErrorRegister};
@@ -32,3 +34,4 @@ pub use frame::{Frame, Id};
 pub use nmt::{NmtCommand, NmtState};
 pub use node::{Counters, Event, Node, NodeError};
 pub use router::Router;
+pub use time::TimeOfDay;

@@ -1,6 +1,7 @@
 //! One CANopen device on one network.
 
 mod services;
+mod timing;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -15,8 +16,9 @@ use crate::communication::{self as objects, parameter};
 use crate::deadline;
 use crate::emcy::Producer;
 use crate::pdo::{Occasion, Pdos, Tpdo};
-use crate::sdo::Server;
-use crate::{Emergency, Frame, Id, NmtState};
+use crate::sdo::Connections;
+use crate::sync::Sync;
+use crate::{Emergency, Frame, Id, NmtState, TimeOfDay};
 use services::Service;
 
 /// What the owner of a node is to act on.
@@ -28,6 +30,8 @@ pub enum Event {
     Reset,
     /// [`Node::subscriptions`] gives other identifiers now.
     Subscriptions,
+    /// [`Node::network_time`] gives another time now.
+    Time,
 }
 
 /// Why a profile cannot become a node.
@@ -53,6 +57,8 @@ pub enum NodeError {
 pub struct Counters {
     /// Frames of a wrong length or kind for their service.
     pub malformed: u64,
+    /// Synchronous RPDOs that came when the synchronous window was over.
+    pub late_rpdos: u64,
     /// RPDOs whose values the write gate refused.
     pub refused_rpdos: u64,
     /// Frames dropped because nobody sent those that were waiting.
@@ -70,11 +76,12 @@ pub struct Node {
     state: NmtState,
     communication: Dictionary,
     services: Vec<(Id, Service)>,
-    sdo: Server,
+    sdo: Connections,
     emcy: Producer,
     pdos: Pdos,
     heartbeat: Option<Instant>,
-    is_synced: bool,
+    sync: Sync,
+    network_time: Option<(Instant, TimeOfDay)>,
     sampled_revision: u64,
     batch: Vec<Write<'static>>,
     outbox: VecDeque<Frame>,
@@ -104,12 +111,13 @@ impl Node {
             origin: Origin { bus: Bus::CanOpen, link, client: u16::from(node_id) },
             state: NmtState::Initialising,
             pdos,
-            communication,
             services: Vec::new(),
-            sdo: Server::new(),
+            sdo: Connections::new(node_id, communication.schema()),
             emcy: Producer::default(),
             heartbeat: None,
-            is_synced: false,
+            sync: Sync::default(),
+            network_time: None,
+            communication,
             sampled_revision: 0,
             batch: Vec::new(),
             outbox: VecDeque::new(),
@@ -162,11 +170,11 @@ impl Node {
         }
     }
 
-    /// Does what is due at `now`.
-    pub fn handle_timeout(&mut self, now: Instant) {
-        if let Some(abort) = self.sdo.handle_timeout(now) {
-            self.answer_sdo(abort);
-        }
+    /// Does what is due at `now`. A SYNC of this node's own lets its RPDOs act, as one of another node does.
+    pub fn handle_timeout(&mut self, now: Instant, application: &mut Dictionary) {
+        self.produce_sync(now, application);
+        let Self { sdo, outbox, counters, .. } = self;
+        sdo.handle_timeout(now).for_each(|frame| queue(outbox, counters, frame));
         if let Some(deadline) = self.heartbeat.filter(|deadline| *deadline <= now) {
             self.send(Frame::new(self.error_control(), &[self.state as u8]));
             self.heartbeat = Some(deadline::following(deadline, self.heartbeat_period(), now));
@@ -178,7 +186,7 @@ impl Node {
     pub fn sample(&mut self, now: Instant, application: &Dictionary) {
         let revision = application.revision();
         let has_changed = core::mem::replace(&mut self.sampled_revision, revision) != revision;
-        let occasion = Occasion { is_sync: core::mem::take(&mut self.is_synced), has_changed };
+        let occasion = Occasion { tick: self.sync.take(now, &self.communication), has_changed };
         while self.state.communicates()
             && let Some(frame) = self.emcy.poll(now, &self.communication)
         {
@@ -207,7 +215,7 @@ impl Node {
     pub fn poll_timeout(&self) -> Option<Instant> {
         let tpdos = self.pdos.transmit.iter().filter(|_| self.state == NmtState::Operational);
         let emcy = self.emcy.poll_timeout().filter(|_| self.state.communicates());
-        let timers = [self.sdo.poll_timeout(), self.heartbeat, emcy];
+        let timers = [self.sync.poll_timeout(), self.sdo.poll_timeout(), self.heartbeat, emcy];
         timers.into_iter().chain(tpdos.map(Tpdo::poll_timeout)).flatten().min()
     }
 
@@ -227,7 +235,9 @@ impl Node {
         self.sdo.reset();
         self.emcy.restart(&mut self.communication);
         self.outbox.clear();
-        self.is_synced = false;
+        self.sync = Sync::default();
+        self.network_time = None;
+        self.sdo.reload(&self.communication);
         self.pdos.reload_all(now, &self.communication, application);
         self.resubscribe();
         self.send(Frame::new(self.error_control(), &[NmtState::Initialising as u8]));
@@ -240,11 +250,15 @@ impl Node {
         if self.state == state {
             return;
         }
+        let was_silent = !self.state.communicates();
         self.state = state;
-        self.is_synced = false;
+        self.sync.forget();
         self.pdos.restart(now);
         if state == NmtState::Stopped {
             self.sdo.reset();
+            self.sync.stop();
+        } else if was_silent {
+            self.sync.start(now, &self.communication);
         }
         self.notify(Event::Nmt(state));
     }

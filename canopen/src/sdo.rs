@@ -2,7 +2,9 @@
 
 mod block;
 mod command;
+mod connections;
 mod crc;
 mod server;
 
-pub(crate) use server::{Server, Step};
+pub(crate) use connections::{Connections, is_cob_id};
+pub(crate) use server::Step;

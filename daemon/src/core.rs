@@ -311,7 +311,7 @@ impl Core {
             note(&mut self.notices, &mut self.counters, unit, Notice::DroppedSteps(dropped));
         }
         for Member { node, .. } in self.members.get_mut(members.clone()).unwrap_or_default() {
-            node.handle_timeout(now);
+            node.handle_timeout(now, device.dictionary_mut());
         }
         self.settle(now, unit);
         self.speak(now, unit);
@@ -335,6 +335,7 @@ impl Core {
                         Some(Notice::Reset)
                     }
                     Event::Nmt(state) => Some(Notice::Nmt(state)),
+                    Event::Time => None,
                     Event::Subscriptions => {
                         if let Some(router) = routers.get_mut(usize::from(link.0)) {
                             router.subscribe(number as u16, node.subscriptions());

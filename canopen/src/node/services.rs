@@ -3,20 +3,22 @@
 use od::Instant;
 use od::{Address, Dictionary, Schema};
 
-use super::Node;
-use crate::cob_id::{NMT, SDO_RECEIVE, SDO_TRANSMIT};
+use super::{Node, queue};
+use crate::cob_id::NMT;
 use crate::communication::{self as objects, Objects};
 use crate::emcy::Producer;
 use crate::pdo::Tpdo;
 use crate::sdo::Step;
-use crate::{Emergency, Event, Frame, Id, NmtCommand, NmtState, rules};
+use crate::{Emergency, Event, Frame, Id, NmtCommand, NmtState, rules, time};
 
 /// What a frame with a subscribed identifier is for; the numbers are positions in the node's lists of PDOs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Service {
     Nmt,
     Sync,
-    Sdo,
+    Time,
+    /// Of the SDO server at this position.
+    Sdo(usize),
     Rpdo(usize),
     TpdoRequest(usize),
 }
@@ -36,15 +38,18 @@ impl Node {
         }
         match service {
             Service::Nmt => self.handle_nmt(now, frame, application),
-            Service::Sync if self.state.communicates() => self.handle_sync(frame, application),
-            Service::Sdo if self.state.communicates() => self.handle_sdo(now, frame, application),
+            Service::Sync if self.state.communicates() => self.handle_sync(now, frame, application),
+            Service::Time if self.state.communicates() => self.handle_time(now, frame),
+            Service::Sdo(position) if self.state.communicates() => {
+                self.handle_sdo(now, position, frame, application);
+            }
             Service::Rpdo(position) if self.state == NmtState::Operational => {
-                self.handle_rpdo(position, frame, application);
+                self.handle_rpdo(now, position, frame, application);
             }
             Service::TpdoRequest(position) => {
                 self.pdos.transmit.get_mut(position).into_iter().for_each(Tpdo::request);
             }
-            Service::Sync | Service::Sdo | Service::Rpdo(_) => {}
+            Service::Sync | Service::Time | Service::Sdo(_) | Service::Rpdo(_) => {}
         }
     }
 
@@ -64,22 +69,12 @@ impl Node {
         }
     }
 
-    fn handle_sync(&mut self, frame: &Frame, application: &mut Dictionary) {
-        if !frame.is_empty() {
-            self.raise(Emergency::communication(Emergency::SYNC_LENGTH, [frame.len() as u8, 0, 0, 0, 0]));
-            self.counters.malformed += 1;
+    fn handle_rpdo(&mut self, now: Instant, position: usize, frame: &Frame, application: &mut Dictionary) {
+        let Some(rpdo) = self.pdos.receive.get_mut(position) else { return };
+        if rpdo.is_synchronous() && self.sync.is_late(now, &self.communication) {
+            self.counters.late_rpdos += 1;
             return;
         }
-        self.clear(Emergency::SYNC_LENGTH);
-        self.is_synced = true;
-        for rpdo in self.pdos.receive.iter_mut().filter(|r| r.is_synchronous()) {
-            let is_taken = rpdo.apply(application, self.origin, &mut self.batch);
-            self.counters.refused_rpdos += u64::from(!is_taken);
-        }
-    }
-
-    fn handle_rpdo(&mut self, position: usize, frame: &Frame, application: &mut Dictionary) {
-        let Some(rpdo) = self.pdos.receive.get_mut(position) else { return };
         let [low, high] = (rpdo.parameters.number + 1).to_le_bytes();
         let detail = [low, high, frame.len() as u8, 0, 0];
         let before = rpdo.reception;
@@ -99,38 +94,38 @@ impl Node {
         }
     }
 
-    fn handle_sdo(&mut self, now: Instant, frame: &Frame, application: &mut Dictionary) {
+    fn handle_sdo(&mut self, now: Instant, position: usize, frame: &Frame, application: &mut Dictionary) {
         let Some(message) = frame.eight() else {
             self.counters.malformed += 1;
             return;
         };
+        let Some(connection) = self.sdo.get_mut(position) else { return };
         let mut objects = Objects { communication: &mut self.communication, application };
-        let answer = match self.sdo.handle(now, message, &objects) {
+        let answer = match connection.server.handle(now, message, &objects) {
             Step::Silent => {
-                while let Some(segment) = self.sdo.poll_segment() {
-                    self.answer_sdo(segment);
-                }
+                let Self { outbox, counters, .. } = self;
+                core::iter::from_fn(|| connection.poll_segment()).for_each(|f| queue(outbox, counters, f));
                 return;
             }
-            Step::Answer(answer) => answer,
+            Step::Answer(answer) => connection.frame(answer),
             Step::Write { address, answer } => {
-                let pdos = &self.pdos;
                 let rules =
-                    |objects: &Objects<'_>, slot, raw| rules::check(pdos, objects, address, slot, raw);
-                match objects.write(self.origin, address, self.sdo.data(), rules) {
+                    |objects: &Objects<'_>, slot, raw| rules::check(&self.pdos, objects, address, slot, raw);
+                match objects.write(self.origin, address, connection.server.data(), rules) {
                     Ok(()) => {
+                        connection.server.reset();
+                        let answer = connection.frame(answer);
                         self.take_over(now, application.schema());
                         answer
                     }
-                    Err(code) => self.sdo.refuse(address, code),
+                    Err(code) => {
+                        let answer = connection.server.refuse(address, code);
+                        connection.frame(answer)
+                    }
                 }
             }
         };
-        self.answer_sdo(answer);
-    }
-
-    pub(super) fn answer_sdo(&mut self, answer: [u8; 8]) {
-        self.send(Frame::new(Id::Standard(SDO_TRANSMIT + u16::from(self.node_id)), &answer));
+        answer.into_iter().for_each(|frame| self.send(frame));
     }
 
     /// Acts on communication objects that were written.
@@ -139,7 +134,16 @@ impl Node {
             let Some(Address { index, .. }) = self.communication.schema().address(slot) else { continue };
             match index {
                 objects::HEARTBEAT_PRODUCER => self.start_heartbeat(now),
-                objects::COB_ID_SYNC => self.resubscribe(),
+                objects::COB_ID_SYNC => {
+                    self.sync.start(now, &self.communication);
+                    self.resubscribe();
+                }
+                objects::COMMUNICATION_CYCLE => self.sync.start(now, &self.communication),
+                objects::COB_ID_TIME => self.resubscribe(),
+                index if self.sdo.has(index) => {
+                    self.sdo.reload(&self.communication);
+                    self.resubscribe();
+                }
                 index => {
                     if self.pdos.reload(now, index, &self.communication, application) {
                         self.resubscribe();
@@ -153,9 +157,11 @@ impl Node {
     pub(super) fn resubscribe(&mut self) {
         self.services.clear();
         self.services.push((Id::Standard(NMT), Service::Nmt));
-        self.services.push((Id::Standard(SDO_RECEIVE + u16::from(self.node_id)), Service::Sdo));
+        self.services.extend(self.sdo.request_ids().map(|(position, id)| (id, Service::Sdo(position))));
         let sync = objects::cob_id(&self.communication, objects::COB_ID_SYNC);
         self.services.extend(sync.map(|cob_id| (cob_id.id(), Service::Sync)));
+        let time = time::consumed(&self.communication);
+        self.services.extend(time.map(|cob_id| (cob_id.id(), Service::Time)));
         self.services.extend(self.pdos.rpdo_ids().map(|(position, id)| (id, Service::Rpdo(position))));
         self.services
             .extend(self.pdos.request_ids().map(|(position, id)| (id, Service::TpdoRequest(position))));

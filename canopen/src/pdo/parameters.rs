@@ -48,6 +48,7 @@ pub(crate) struct Parameters {
     transmission: Slot,
     inhibit: Option<Slot>,
     event_timer: Option<Slot>,
+    sync_start: Option<Slot>,
     count: Slot,
     entries: Vec<Slot>,
 }
@@ -72,6 +73,7 @@ impl Parameters {
             transmission: slot(communication, 2)?,
             inhibit: slot(communication, 3),
             event_timer: slot(communication, 5),
+            sync_start: slot(communication, 6),
             count: slot(mapping, 0)?,
             entries: (1..=Mapping::MAX_FIELDS as u8).map_while(|sub| slot(mapping, sub)).collect(),
         })
@@ -95,6 +97,11 @@ impl Parameters {
     pub(crate) fn event_period(&self, communication: &Dictionary) -> Option<Duration> {
         let millis = self.event_timer.map_or(0, |slot| communication.raw(slot));
         (millis > 0).then(|| Duration::from_millis(millis))
+    }
+
+    /// The SYNC counter that the first transmission waits for; zero for none.
+    pub(crate) fn sync_start(&self, communication: &Dictionary) -> u8 {
+        self.sync_start.map_or(0, |slot| communication.raw(slot) as u8)
     }
 
     /// How many entries are mapped; zero while the mapping is being changed.

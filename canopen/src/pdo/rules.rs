@@ -4,19 +4,18 @@ use od::{AbortCode, Address, Dictionary, Mapping, Schema};
 
 use super::parameters::{Parameters, Transmission, inhibit_time};
 use crate::CobId;
+use crate::sync::is_start_value;
 
 /// Whether a COB-ID parameter may change from `old` to `new`: an identifier changes only while it is not valid,
 /// and a valid one is not one of the restricted CAN-IDs.
 pub(crate) fn check_cob_id(old: CobId, new: CobId) -> Result<(), AbortCode> {
-    const IDENTIFIER: u32 = 0x3FFF_FFFF;
     if !new.is_valid() {
         return Ok(());
     }
     if !new.is_configurable() {
         return Err(AbortCode::InvalidValue);
     }
-    let changes = (old.0 ^ new.0) & IDENTIFIER != 0;
-    if old.is_valid() && changes { Err(AbortCode::DeviceState) } else { Ok(()) }
+    if old.is_valid() && !old.has_identifier_of(new) { Err(AbortCode::DeviceState) } else { Ok(()) }
 }
 
 /// Whether sub-index `sub` of a communication record may become `raw`.
@@ -33,7 +32,10 @@ pub(crate) fn check_communication(
         3 if cob_id.is_valid() && inhibit_time(raw) != parameters.inhibit(communication) => {
             Err(AbortCode::DeviceState)
         }
-        6 if cob_id.is_valid() => Err(AbortCode::DeviceState),
+        6 if !is_start_value(raw) => Err(AbortCode::InvalidValue),
+        6 if cob_id.is_valid() && raw != u64::from(parameters.sync_start(communication)) => {
+            Err(AbortCode::DeviceState)
+        }
         _ => Ok(()),
     }
 }

@@ -6,13 +6,14 @@ use od::{Dictionary, Instant, Mapping, Schema};
 
 use super::parameters::{Parameters, Transmission};
 use crate::deadline::following;
+use crate::sync::Tick;
 use crate::{CobId, Frame};
 
 /// What has happened since a TPDO was last looked at.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Occasion {
-    /// A SYNC arrived.
-    pub(crate) is_sync: bool,
+    /// A SYNC came.
+    pub(crate) tick: Option<Tick>,
     /// Some value of the dictionary changed.
     pub(crate) has_changed: bool,
 }
@@ -29,6 +30,9 @@ pub(crate) struct Tpdo {
     /// The payload last sent, or last sampled for a request.
     last: Option<[u8; 8]>,
     syncs: u8,
+    /// The SYNC counter that the first one waits for, until it comes; zero for none.
+    awaited: u8,
+    sync_start: u8,
     is_due: bool,
     is_requested: bool,
     not_before: Instant,
@@ -48,6 +52,8 @@ impl Tpdo {
             event_period: None,
             last: None,
             syncs: 0,
+            awaited: 0,
+            sync_start: 0,
             is_due: false,
             is_requested: false,
             not_before: Instant::ZERO,
@@ -61,6 +67,7 @@ impl Tpdo {
         self.transmission = self.parameters.transmission(communication);
         self.inhibit = self.parameters.inhibit(communication);
         self.event_period = self.parameters.event_period(communication);
+        self.sync_start = self.parameters.sync_start(communication);
         let count = self.parameters.count(communication);
         self.mapping = self.parameters.mapping(communication, application, count).unwrap_or_default();
         self.start(now);
@@ -70,6 +77,7 @@ impl Tpdo {
     pub(crate) fn start(&mut self, now: Instant) {
         self.last = None;
         self.syncs = 0;
+        self.awaited = self.sync_start;
         self.is_requested = false;
         self.is_due = self.transmission == Transmission::Event;
         self.event_deadline = self.event_period.filter(|_| self.is_due).map(|period| now + period);
@@ -106,18 +114,21 @@ impl Tpdo {
             return None;
         }
         let is_requested = core::mem::take(&mut self.is_requested);
+        let tick = occasion.tick.filter(|tick| self.is_started(tick));
+        // What is too late for its SYNC is neither sampled nor sent, but the SYNC counts.
+        let is_sync = tick.is_some_and(|tick| !tick.is_late);
         let (payload, is_sent) = match self.transmission {
             Transmission::Cyclic(every) => {
-                self.syncs = (self.syncs + u8::from(occasion.is_sync)) % every;
-                let is_turn = occasion.is_sync && self.syncs == 0;
+                self.syncs = (self.syncs + u8::from(tick.is_some())) % every;
+                let is_turn = is_sync && self.syncs == 0;
                 (None, is_turn || is_requested)
             }
-            Transmission::Acyclic if occasion.is_sync => {
+            Transmission::Acyclic if is_sync => {
                 let payload = self.pack(application);
                 (Some(payload), self.last != Some(payload) || is_requested)
             }
             Transmission::SyncRtr => {
-                if occasion.is_sync {
+                if is_sync {
                     self.last = Some(self.pack(application));
                 }
                 (self.last, is_requested && self.last.is_some())
@@ -130,6 +141,14 @@ impl Tpdo {
             }
         };
         is_sent.then(|| self.send(now, payload.unwrap_or_else(|| self.pack(application))))
+    }
+
+    /// Whether the SYNC with the start value has come, which counts as the first (CiA 301 v4.2, section 7.5.2.37).
+    fn is_started(&mut self, tick: &Tick) -> bool {
+        if tick.counter.is_none_or(|counter| counter == self.awaited) {
+            self.awaited = 0;
+        }
+        self.awaited == 0
     }
 
     /// The payload if an event-driven TPDO is due: its values changed, its event timer expired or it was asked for,

@@ -59,6 +59,11 @@ impl BlockDownload {
         Ok((is_last || sequence == MAX_BLOCK).then(|| self.acknowledge()))
     }
 
+    /// Whether a block has begun and its end is missing.
+    pub(crate) fn is_within_block(&self) -> bool {
+        self.sequence > 0 && !self.is_complete
+    }
+
     /// Bytes that whole segments may fill.
     fn room(&self) -> usize {
         self.announced.unwrap_or(self.longest).div_ceil(SEGMENT).max(1).saturating_mul(SEGMENT)
@@ -95,6 +100,7 @@ pub(crate) struct BlockUpload {
     /// Bytes that the client has, and the CRC of them.
     acknowledged: usize,
     crc: u16,
+    has_crc: bool,
     /// Segments of this block that are on their way.
     sent: u8,
     phase: Phase,
@@ -114,9 +120,9 @@ enum Phase {
 
 impl BlockUpload {
     /// An upload in blocks of `block_size`.
-    pub(crate) fn new(block_size: u8) -> Result<Self, AbortCode> {
+    pub(crate) fn new(block_size: u8, has_crc: bool) -> Result<Self, AbortCode> {
         let phase = Phase::Initiated;
-        Ok(Self { block_size: checked(block_size)?, acknowledged: 0, crc: 0, sent: 0, phase })
+        Ok(Self { block_size: checked(block_size)?, acknowledged: 0, crc: 0, has_crc, sent: 0, phase })
     }
 
     /// The client starts.
@@ -166,7 +172,9 @@ impl BlockUpload {
         }
         self.phase = Phase::Ending;
         let in_last = if buffer.is_empty() { 0 } else { (buffer.len() - 1) % SEGMENT + 1 };
-        Ok(Some(Response::BlockUploadEnd { unused: (SEGMENT - in_last) as u8, crc: self.crc }))
+        // Without a CRC there is zero (CiA 301 v4.2, section 7.2.4.3.15).
+        let crc = if self.has_crc { self.crc } else { 0 };
+        Ok(Some(Response::BlockUploadEnd { unused: (SEGMENT - in_last) as u8, crc }))
     }
 
     /// The client confirms the end.

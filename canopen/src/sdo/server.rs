@@ -8,8 +8,10 @@ use super::block::{BlockDownload, BlockUpload, MAX_BLOCK};
 use super::command::{ABORT, Request, Response};
 use crate::communication::Objects;
 
-/// Silence of the client after which an unfinished transfer is aborted.
-pub(crate) const TIMEOUT: Duration = Duration::from_secs(1);
+/// Silence of the client after which an unfinished transfer is aborted, unless set otherwise.
+const TIMEOUT: Duration = Duration::from_secs(1);
+/// Bytes that the buffer keeps between two transfers; what a longer one took is given back.
+const KEPT: usize = 4096;
 
 /// What a request leads to.
 #[derive(Debug, PartialEq, Eq)]
@@ -19,7 +21,7 @@ pub(crate) enum Step {
     /// This is the answer.
     Answer([u8; 8]),
     /// All data of a download are there, in [`Server::data`]: they are to be written; `answer` if that
-    /// succeeds, else what [`Server::refuse`] gives.
+    /// succeeds, else what [`Server::refuse`] gives. Then [`Server::reset`] forgets them.
     Write { address: Address, answer: [u8; 8] },
 }
 
@@ -48,17 +50,32 @@ enum Transfer {
 pub(crate) struct Server {
     transfer: Transfer,
     buffer: Vec<u8>,
+    timeout: Duration,
+    /// When the client's silence ends the transfer.
     deadline: Option<Instant>,
+    /// When a block whose end is missing is acknowledged as far as it came.
+    reminder: Option<Instant>,
 }
 
 impl Server {
     pub(crate) fn new() -> Self {
-        Self { transfer: Transfer::None, buffer: Vec::with_capacity(64), deadline: None }
+        Self {
+            transfer: Transfer::None,
+            buffer: Vec::with_capacity(64),
+            timeout: TIMEOUT,
+            deadline: None,
+            reminder: None,
+        }
     }
 
-    /// When the client's silence ends the transfer.
+    /// Makes `timeout` the longest silence of the client, from its next message on.
+    pub(crate) fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
+    }
+
+    /// When the client has been silent for too long.
     pub(crate) fn poll_timeout(&self) -> Option<Instant> {
-        self.deadline
+        self.reminder.or(self.deadline)
     }
 
     /// The bytes of a complete download.
@@ -66,10 +83,18 @@ impl Server {
         &self.buffer
     }
 
-    /// Ends any transfer without a word.
+    /// Ends any transfer without a word and forgets its data.
     pub(crate) fn reset(&mut self) {
+        self.end();
+        self.buffer.clear();
+        self.buffer.shrink_to(KEPT);
+    }
+
+    /// Ends any transfer; the data stay.
+    fn end(&mut self) {
         self.transfer = Transfer::None;
         self.deadline = None;
+        self.reminder = None;
     }
 
     /// Ends the transfer with `code`.
@@ -78,13 +103,29 @@ impl Server {
         Response::Abort { address, code }.encode()
     }
 
-    /// Aborts a transfer whose client was silent for too long.
+    /// Aborts a transfer whose client was silent for too long. Half that time after the last segment, a block whose
+    /// end is missing is acknowledged as far as it came: the client sends the rest again.
     pub(crate) fn handle_timeout(&mut self, now: Instant) -> Option<[u8; 8]> {
-        if self.deadline.is_none_or(|deadline| now < deadline) {
-            return None;
+        if self.deadline.is_some_and(|deadline| deadline <= now) {
+            let address = self.address()?;
+            return Some(self.refuse(address, AbortCode::TimedOut));
         }
-        let address = self.address()?;
-        Some(self.refuse(address, AbortCode::TimedOut))
+        self.reminder.take_if(|reminder| *reminder <= now)?;
+        match &mut self.transfer {
+            Transfer::BlockDownload(_, download) => Some(download.acknowledge().encode()),
+            Transfer::None
+            | Transfer::Upload { .. }
+            | Transfer::Download { .. }
+            | Transfer::BlockUpload(..) => None,
+        }
+    }
+
+    /// The client was heard at `now`: its silence begins anew.
+    fn rearm(&mut self, now: Instant) {
+        self.deadline = (self.transfer != Transfer::None).then(|| now + self.timeout);
+        let is_within_block =
+            matches!(&self.transfer, Transfer::BlockDownload(_, download) if download.is_within_block());
+        self.reminder = is_within_block.then(|| now + self.timeout / 2);
     }
 
     /// The next segment of a block that is to be sent without being asked for.
@@ -121,7 +162,7 @@ impl Server {
         };
         match step {
             Ok(step) => {
-                self.deadline = (self.transfer != Transfer::None).then(|| now + TIMEOUT);
+                self.rearm(now);
                 step
             }
             Err(code) => Step::Answer(self.refuse(address, code)),
@@ -143,8 +184,9 @@ impl Server {
                 self.block_download_start(address, size, crc, objects)
             }
             Request::BlockDownloadEnd { unused, crc } => self.block_download_end(unused, crc),
-            Request::BlockUploadInitiate { address, block_size, threshold, .. } => {
-                self.block_upload_start(address, block_size, threshold, objects)
+            Request::BlockUploadInitiate { address, crc, block_size, threshold } => {
+                let upload = BlockUpload::new(block_size, crc);
+                self.block_upload_start(address, upload, threshold, objects)
             }
             Request::BlockUploadStart => {
                 self.block_upload()?.start()?;
@@ -188,7 +230,6 @@ impl Server {
         let slot = area.find(address)?;
         let longest = area.admit(slot, size.map(usize::from))?;
         let len = size.map_or(longest.min(4), usize::from);
-        self.buffer.clear();
         self.buffer.extend(data.into_iter().take(len));
         Ok(Step::Write { address, answer: Response::DownloadInitiate { address }.encode() })
     }
@@ -203,7 +244,6 @@ impl Server {
         let announced = size.map(|s| usize::try_from(s).unwrap_or(usize::MAX));
         let area = objects.area(address.index);
         let longest = area.admit(area.find(address)?, announced)?;
-        self.buffer.clear();
         self.transfer = Transfer::Download { address, announced, longest, toggle: false };
         Ok(Step::Answer(Response::DownloadInitiate { address }.encode()))
     }
@@ -229,7 +269,7 @@ impl Server {
             return Err(AbortCode::TooShort);
         }
         let address = *address;
-        self.reset();
+        self.end();
         Ok(Step::Write { address, answer })
     }
 
@@ -237,7 +277,6 @@ impl Server {
     fn snapshot(&mut self, address: Address, objects: &Objects<'_>) -> Result<u32, AbortCode> {
         self.reset();
         let (entry, value) = objects.read(address)?;
-        self.buffer.clear();
         match value {
             Value::Fixed(raw) => {
                 self.buffer.extend(raw.to_le_bytes().into_iter().take(entry.data_type.bytes().unwrap_or(8)));
@@ -299,7 +338,6 @@ impl Server {
         let announced = size.map(|s| usize::try_from(s).unwrap_or(usize::MAX));
         let area = objects.area(address.index);
         let longest = area.admit(area.find(address)?, announced)?;
-        self.buffer.clear();
         self.transfer = Transfer::BlockDownload(address, BlockDownload::new(announced, longest, crc));
         Ok(Step::Answer(Response::BlockDownloadInitiate { address, block_size: MAX_BLOCK }.encode()))
     }
@@ -309,19 +347,19 @@ impl Server {
             return Err(AbortCode::UnknownCommand);
         };
         download.end(unused, crc, &mut self.buffer)?;
-        self.reset();
+        self.end();
         Ok(Step::Write { address, answer: Response::BlockDownloadEnd.encode() })
     }
 
     fn block_upload_start(
         &mut self,
         address: Address,
-        block_size: u8,
+        upload: Result<BlockUpload, AbortCode>,
         threshold: u8,
         objects: &Objects<'_>,
     ) -> Result<Step, AbortCode> {
         let size = self.snapshot(address, objects)?;
-        let upload = BlockUpload::new(block_size)?;
+        let upload = upload?;
         if threshold > 0 && size <= u32::from(threshold) {
             return Ok(self.upload_answer(address, size));
         }
@@ -344,6 +382,43 @@ impl Server {
             | Transfer::Upload { .. }
             | Transfer::Download { .. }
             | Transfer::BlockDownload(..) => Err(AbortCode::UnknownCommand),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use od::{Access, DataType, Dictionary, Entry, Object, Schema};
+
+    use super::*;
+
+    const LONG: usize = 1_000_000;
+
+    fn area(objects: Vec<Object>) -> Dictionary {
+        Dictionary::new(Arc::new(Schema::new(objects).unwrap()), 1)
+    }
+
+    #[test]
+    fn the_buffer_grows_with_what_arrives_and_shrinks_after_the_transfer() {
+        let domain = Entry::new(0, "Domain", DataType::Domain, Access::ReadWrite);
+        let domain = Object::var(0x2000, Entry { max_length: LONG, ..domain });
+        let (mut communication, mut application) = (area(vec![]), area(vec![domain]));
+        let objects = Objects { communication: &mut communication, application: &mut application };
+        let mut server = Server::new();
+        let [a, b, c, d] = (LONG as u32).to_le_bytes();
+        for initiate in [0x21, 0xC6] {
+            server.handle(Instant::ZERO, [initiate, 0x00, 0x20, 0, a, b, c, d], &objects);
+            assert!(server.buffer.capacity() <= KEPT, "an announcement alone takes no memory");
+            for number in 0..20_000_u32 {
+                let head = if initiate == 0x21 { (number % 2) << 4 } else { number % 127 + 1 };
+                server.handle(Instant::ZERO, [head as u8, 1, 2, 3, 4, 5, 6, 7], &objects);
+            }
+            assert_eq!(server.buffer.len(), 140_000);
+            assert!(server.buffer.capacity() < LONG);
+            server.handle(Instant::ZERO, [ABORT, 0, 0, 0, 0, 0, 0, 0], &objects);
+            assert!(server.buffer.capacity() <= KEPT);
         }
     }
 }

@@ -40,7 +40,7 @@ fn traffic(bench: &mut Bench, frames: &[Frame]) -> usize {
     for frame in frames {
         bench.device.set(slot, bench.device.raw(slot) + 1);
         bench.now = bench.now + Duration::from_millis(1);
-        bench.node.handle_timeout(bench.now);
+        bench.node.handle_timeout(bench.now, &mut bench.device);
         bench.node.handle_frame(bench.now, frame, &mut bench.device);
         while bench.device.take_written().is_some() {}
         bench.node.sample(bench.now, &bench.device);
@@ -55,6 +55,10 @@ fn traffic(bench: &mut Bench, frames: &[Frame]) -> usize {
 fn a_warm_node_answers_without_allocating() {
     let mut bench = Bench::operational();
     bench.configure("1017:00", 10);
+    bench.configure("1012:00", 0x8000_0100);
+    bench.configure("1007:00", 500);
+    bench.configure("1006:00", 5000);
+    bench.configure("1005:00", 0x4000_0080);
     let frames: Vec<Frame> = [
         "601#4000100000000000", // expedited upload
         "601#2F05200011000000", // and download
@@ -70,6 +74,7 @@ fn a_warm_node_answers_without_allocating() {
         "301#33",
         "080#",
         "181#R",
+        "100#010203040506",
         "7FF#00",
         "000#0101",
     ]

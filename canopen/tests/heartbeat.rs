@@ -53,7 +53,7 @@ fn a_late_call_does_not_shift_the_following_beats() {
     let mut bench = Bench::new();
     bench.configure("1017:00", 100);
     bench.now = bench.now + Duration::from_millis(130);
-    bench.node.handle_timeout(bench.now);
+    bench.node.handle_timeout(bench.now, &mut bench.device);
     bench.talk(
         "
         < 701#7F
@@ -69,7 +69,7 @@ fn beats_that_were_missed_are_not_made_up_for() {
     let mut bench = Bench::new();
     bench.configure("1017:00", 100);
     bench.now = bench.now + Duration::from_millis(1050);
-    bench.node.handle_timeout(bench.now);
+    bench.node.handle_timeout(bench.now, &mut bench.device);
     bench.talk(
         "
         < 701#7F

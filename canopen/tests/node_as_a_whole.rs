@@ -6,7 +6,7 @@ mod bench;
 use core::time::Duration;
 
 use bench::{Bench, device};
-use canopen::{CobId, Emergency, ErrorRegister, Frame, Id, NmtState};
+use canopen::{CobId, Emergency, ErrorRegister, Frame, Id, NmtState, TimeOfDay};
 use od::{Address, Dictionary, Schema};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -22,6 +22,8 @@ enum Step {
     Sleep(Duration),
     /// An input of the device changes.
     Show(u8, u64),
+    /// The owner tells the time.
+    Tell(TimeOfDay),
     /// An error comes.
     Raise(u16),
     /// An error goes.
@@ -39,6 +41,7 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
         4 => short.prop_map(Step::Pass),
         1 => long.prop_map(Step::Sleep),
         3 => (1..=8_u8, 0..4_u64).prop_map(|(sub, value)| Step::Show(sub, value)),
+        1 => (0..0x1000_0000_u32, any::<u16>()).prop_map(|(millis, days)| Step::Tell(TimeOfDay { days, millis })),
         1 => (1..40_u16).prop_map(Step::Raise),
         1 => (1..40_u16).prop_map(Step::Clear),
     ];
@@ -56,11 +59,28 @@ fn frame() -> impl Strategy<Value = Frame> {
     prop_oneof![
         2 => nmt.prop_map(|(command, node_id)| Frame::new(Id::Standard(0), &[command, node_id])),
         2 => Just(Frame::new(Id::Standard(0x080), &[])),
+        1 => (0..=5_u8).prop_map(|counter| Frame::new(Id::Standard(0x080), &[counter])),
         2 => (id.clone(), 0..=8_u8).prop_map(|(id, len)| Frame::remote(id, len)),
         4 => (id, vec(any::<u8>(), 0..=8)).prop_map(|(id, payload)| Frame::new(id, &payload)),
         12 => sdo().prop_map(|message| Frame::new(Id::Standard(0x601), &message)),
+        4 => sdo().prop_map(|message| Frame::new(Id::Standard(0x6D0), &message)),
+        4 => select(SWITCHES.to_vec()).prop_map(bench::frame_of),
     ]
 }
+
+/// What switches on services that two or more parameters stand for.
+const SWITCHES: [&str; 10] = [
+    "601#2305100080000040", // produce SYNC
+    "601#2306100064000000", // every 100 us
+    "601#2306100010270000", // every 10 ms
+    "601#2306100000000000", // never
+    "601#2F19100003000000", // count to 3
+    "601#2307100032000000", // a window of 50 us
+    "601#23121000000100C0", // consume and produce TIME
+    "601#23011201D0060000", // requests of the second SDO server
+    "601#23011202D1060000", // and its answers
+    "100#010203040506",
+];
 
 fn sdo() -> impl Strategy<Value = [u8; 8]> {
     let addresses = |schema: Schema| schema.entries().map(|(address, _)| address).collect::<Vec<_>>();
@@ -100,6 +120,7 @@ fn sdo() -> impl Strategy<Value = [u8; 8]> {
 
 /// Takes one step and checks every frame that comes out of it.
 fn take(bench: &mut Bench, step: &Step) -> Vec<Frame> {
+    let before = answer_ids(bench.node.communication());
     let sent = match step {
         Step::Frame(frame) => bench.handle(frame),
         Step::Pass(time) => bench.pass(*time),
@@ -109,6 +130,10 @@ fn take(bench: &mut Bench, step: &Step) -> Vec<Frame> {
         }
         Step::Show(sub, value) => {
             bench.show(&format!("6000:{sub:02X}"), *value);
+            vec![]
+        }
+        Step::Tell(time) => {
+            bench.node.produce_time(*time);
             vec![]
         }
         Step::Raise(code) => {
@@ -125,24 +150,31 @@ fn take(bench: &mut Bench, step: &Step) -> Vec<Frame> {
         let answers = sent.iter().filter(|frame| frame.id == Id::Standard(0x581)).count();
         assert!(answers <= 1, "{answers} answers to {step:?}");
     }
-    bench.node.handle_timeout(bench.now);
+    bench.node.handle_timeout(bench.now, &mut bench.device);
     let late = bench.settle();
     assert!(late.len() <= MOST_AT_ONCE, "{} frames after {step:?}", late.len());
     assert!(bench.node.poll_timeout().is_none_or(|next| next > bench.now), "busy after {step:?}");
     let sent = [sent, late].concat();
-    sent.iter().for_each(|frame| check(frame, bench));
+    sent.iter().filter(|frame| !before.contains(&frame.id)).for_each(|frame| check(frame, bench));
     sent
 }
 
-/// Four TPDOs, 16 emergency messages, an SDO answer, an SDO abort, a heartbeat and a boot-up message.
-const MOST_AT_ONCE: usize = 24;
+/// Four TPDOs, 16 emergency messages, an SDO answer, three SDO aborts, SYNC, TIME, a heartbeat and a boot-up message.
+const MOST_AT_ONCE: usize = 28;
 
 fn check(frame: &Frame, bench: &Bench) {
     assert!(!frame.is_remote, "{frame}");
     let is_legal = match frame.id {
         Id::Standard(0x581) => is_sdo_answer(frame),
         Id::Standard(0x701) => is_error_control(frame, bench.node.state()),
-        _ => is_emcy(frame, bench.node.communication()) || is_tpdo(frame, bench),
+        _ => {
+            let communication = bench.node.communication();
+            is_emcy(frame, communication)
+                || is_tpdo(frame, bench)
+                || is_sync(frame, communication)
+                || is_time(frame, communication)
+                || answer_ids(communication).contains(&frame.id) && is_sdo_answer(frame)
+        }
     };
     assert!(is_legal, "{frame} in {:?}", bench.node.state());
 }
@@ -163,6 +195,24 @@ fn is_error_control(frame: &Frame, state: NmtState) -> bool {
 
 fn parameter(communication: &Dictionary, index: u16, sub: u8) -> u32 {
     communication.raw(communication.find(Address::new(index, sub)).unwrap()) as u32
+}
+
+/// What the further SDO servers answer with.
+fn answer_ids(communication: &Dictionary) -> Vec<Id> {
+    let cob_ids = [0x1201, 0x1202].map(|index| [1, 2].map(|sub| CobId(parameter(communication, index, sub))));
+    let on = cob_ids.into_iter().filter(|[request, answer]| request.is_valid() && answer.is_valid());
+    on.map(|[_, answer]| answer.id()).collect()
+}
+
+fn is_sync(frame: &Frame, communication: &Dictionary) -> bool {
+    let cob_id = parameter(communication, 0x1005, 0);
+    let len = usize::from(parameter(communication, 0x1019, 0) > 0);
+    cob_id & 1 << 30 != 0 && CobId(cob_id).id() == frame.id && frame.len() == len
+}
+
+fn is_time(frame: &Frame, communication: &Dictionary) -> bool {
+    let cob_id = parameter(communication, 0x1012, 0);
+    cob_id & 1 << 30 != 0 && CobId(cob_id).id() == frame.id && frame.len() == 6
 }
 
 fn is_emcy(frame: &Frame, communication: &Dictionary) -> bool {

@@ -5,7 +5,7 @@ mod bench;
 use core::time::Duration;
 
 use bench::Bench;
-use bench::device::DOMAIN_LENGTH;
+use bench::device::{DOMAIN_LENGTH, LARGE_DOMAIN_LENGTH};
 use od::{AbortCode, Address};
 
 // CCT 2.16, 2.18
@@ -260,4 +260,13 @@ fn a_hundred_thousand_bytes_go_down_and_up() {
     assert_eq!(bench.upload(domain), Ok(data));
     assert_eq!(bench.download(domain, &[0; DOMAIN_LENGTH + 1]), Err(AbortCode::TooLong));
     assert_eq!(bench.node.poll_timeout(), None, "the transfers are over");
+}
+
+#[test]
+fn four_megabytes_go_down_and_up() {
+    let data: Vec<u8> = (0..LARGE_DOMAIN_LENGTH).map(|i| (i * 7 + i / 256) as u8).collect();
+    let mut bench = Bench::new();
+    let address = Address::new(0x210A, 0);
+    assert_eq!(bench.download(address, &data), Ok(()));
+    assert!(bench.upload(address).as_ref() == Ok(&data));
 }

@@ -139,3 +139,68 @@ fn a_profile_without_sync_and_emcy_hears_nmt_only_and_never_sends_with_identifie
         ",
     );
 }
+
+/// A node in OPERATIONAL with a synchronous window of 1 ms, RPDO 2 and TPDO 2 with every SYNC.
+fn with_window() -> Bench {
+    let mut bench = Bench::operational();
+    bench.configure("1007:00", 1000);
+    bench
+}
+
+#[test]
+fn a_synchronous_rpdo_that_misses_the_window_is_dropped() {
+    let mut bench = with_window();
+    bench.talk(
+        "
+        > 301#11 // no window before the first SYNC
+        > 080#
+        < 281#11
+        + 1ms
+        > 301#22 // just in time
+        > 080#
+        < 281#22
+        + 1001us
+        > 301#33
+        > 201#4455 // not synchronous
+        > 080#
+        < 281#22
+        > 301#66
+        > 080#
+        < 281#66
+        ",
+    );
+    assert_eq!(bench.node.counters().late_rpdos, 1);
+    assert_eq!((bench.value("6200:01"), bench.value("6200:02")), (0x44, 0x55));
+}
+
+#[test]
+fn a_tpdo_that_is_not_sampled_in_the_window_is_not_sent() {
+    let mut bench = with_window();
+    bench.map(0x1802, 0x381, 0, &[0x6000_0308]);
+    bench.map(0x1803, 0x481, 2, &[0x6000_0308]);
+    let sync = |bench: &mut Bench, late: u64| {
+        bench.node.handle_frame(bench.now, &bench::frame_of("080#"), &mut bench.device);
+        bench.now = bench.now + core::time::Duration::from_micros(late);
+        bench.settle().iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    assert_eq!(sync(&mut bench, 1000), ["281#00", "381#00"]);
+    bench.show("6000:03", 7);
+    assert_eq!(sync(&mut bench, 1001), [""; 0]);
+    assert_eq!(sync(&mut bench, 0), ["281#00", "381#07"]); // the acyclic one still has its change
+    assert_eq!(sync(&mut bench, 0), ["281#00", "481#07"]); // and the cyclic one its count
+}
+
+#[test]
+fn without_a_window_nothing_is_late() {
+    let mut bench = with_window();
+    bench.send("080#");
+    bench.configure("1007:00", 0);
+    bench.talk(
+        "
+        + 1s
+        > 301#11
+        > 080#
+        < 281#11
+        ",
+    );
+}

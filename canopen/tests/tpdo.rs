@@ -71,7 +71,7 @@ fn a_late_call_does_not_shift_the_event_timer() {
     let mut bench = with_tpdo(255, 0, 100);
     bench.send("000#0101");
     bench.now = bench.now + Duration::from_millis(130);
-    bench.node.handle_timeout(bench.now);
+    bench.node.handle_timeout(bench.now, &mut bench.device);
     bench.talk(
         "
         < 381#00
@@ -81,7 +81,7 @@ fn a_late_call_does_not_shift_the_event_timer() {
         ",
     );
     bench.now = bench.now + Duration::from_millis(1050);
-    bench.node.handle_timeout(bench.now);
+    bench.node.handle_timeout(bench.now, &mut bench.device);
     bench.talk(
         "
         < 381#00
@@ -393,6 +393,83 @@ fn an_identifier_may_have_29_bits() {
         > 381#R
         > 00000381#R
         < 00000381#00
+        ",
+    );
+}
+
+/// A node in OPERATIONAL whose TPDO 3 goes with every `every`-th SYNC and starts with the SYNC that counts `start`.
+fn with_start_value(every: u8, start: u32, overflow: u32) -> Bench {
+    let mut bench = with_tpdo(every, 0, 0);
+    bench.configure("1019:00", overflow);
+    bench.configure("1802:01", 0x8000_0381);
+    bench.configure("1802:06", start);
+    bench.configure("1802:01", 0x381);
+    bench.send("000#0101");
+    bench
+}
+
+// CCT 3.8, 3.14, 3.20
+#[test]
+fn a_cyclic_tpdo_starts_with_the_sync_that_counts_its_start_value() {
+    with_start_value(1, 3, 4).talk(
+        "
+        > 080#01
+        > 080#02
+        > 080#03
+        < 381#00
+        > 080#04
+        < 381#00
+        > 080#01
+        < 381#00
+        > 000#8001
+        > 000#0101 // and waits for it again
+        > 080#02
+        > 080#03
+        < 381#00
+        ",
+    );
+}
+
+// CCT 3.8, 3.14, 3.20
+#[test]
+fn the_sync_with_the_start_value_counts_as_the_first() {
+    with_start_value(2, 2, 4).talk(
+        "
+        > 080#04 // the counter is past the start value: one more round
+        > 080#01
+        > 080#02
+        > 080#03
+        < 381#00
+        > 080#04
+        > 080#01
+        < 381#00
+        ",
+    );
+}
+
+#[test]
+fn without_a_counter_the_start_value_does_not_matter() {
+    with_start_value(2, 9, 0).talk(
+        "
+        > 080#
+        > 080#
+        < 381#00
+        ",
+    );
+}
+
+#[test]
+fn the_start_value_of_a_valid_tpdo_stays() {
+    Bench::new().talk(
+        "
+        > 601#2F00180602000000
+        < 581#8000180622000008
+        > 601#2F00180600000000 // the same is no change
+        < 581#6000180600000000
+        > 601#2F021806F0000000 // 240
+        < 581#6002180600000000
+        > 601#2F021806F1000000
+        < 581#8002180630000906
         ",
     );
 }

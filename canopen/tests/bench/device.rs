@@ -7,6 +7,9 @@ use od::{
 use Access::{Const, ReadOnly, ReadWrite, WriteOnly};
 use DataType::{Domain, Integer16, Real32, Unsigned8, Unsigned16, Unsigned32, VisibleString};
 
+/// Most bytes that the large DOMAIN 0x210A takes.
+pub(crate) const LARGE_DOMAIN_LENGTH: usize = 4_000_000;
+
 /// Most bytes that the DOMAIN takes.
 pub(crate) const DOMAIN_LENGTH: usize = 100_000;
 
@@ -41,7 +44,10 @@ pub(crate) fn communication() -> Schema {
             ..Object::var(0x1003, entry(0, Unsigned8, ReadWrite))
         },
         Object::var(0x1005, number(0, Unsigned32, ReadWrite, 0x80)),
+        Object::var(0x1006, entry(0, Unsigned32, ReadWrite)),
+        Object::var(0x1007, entry(0, Unsigned32, ReadWrite)),
         Object::var(0x1008, text(Const, "Bench device")),
+        Object::var(0x1012, number(0, Unsigned32, ReadWrite, 0x100)),
         Object::var(0x1014, plus_node_id(0, ReadWrite, 0x80)),
         Object::var(0x1015, entry(0, Unsigned16, ReadWrite)),
         Object::var(0x1017, entry(0, Unsigned16, ReadWrite)),
@@ -50,11 +56,14 @@ pub(crate) fn communication() -> Schema {
             "Identity",
             (1..).zip(identity).map(|(sub, value)| number(sub, Unsigned32, ReadOnly, value)).collect(),
         ),
+        Object::var(0x1019, entry(0, Unsigned8, ReadWrite)),
         Object::record(
             0x1200,
             "SDO server",
             vec![plus_node_id(1, ReadOnly, 0x600), plus_node_id(2, ReadOnly, 0x580)],
         ),
+        further_sdo_server(0x1201),
+        further_sdo_server(0x1202),
     ];
     let outputs = [0x6200_0108, 0x6200_0208];
     let inputs = [0x6000_0108, 0x6000_0208];
@@ -69,14 +78,23 @@ pub(crate) fn communication() -> Schema {
     Schema::new(objects).unwrap()
 }
 
+/// An SDO server that is off.
+fn further_sdo_server(index: u16) -> Object {
+    let cob_id = |sub| number(sub, Unsigned32, ReadWrite, 0x8000_0000);
+    Object::record(index, "SDO server", vec![cob_id(1), cob_id(2), entry(3, Unsigned8, ReadWrite)])
+}
+
 /// The records of one PDO with eight mapping entries.
 fn pdo(communication: u16, mapping: u16, cob_id: u32, transmission: u64, mapped: &[u32]) -> [Object; 2] {
-    let parameters = vec![
+    let mut parameters = vec![
         plus_node_id(1, ReadWrite, cob_id),
         number(2, Unsigned8, ReadWrite, transmission),
         entry(3, Unsigned16, ReadWrite),
         entry(5, Unsigned16, ReadWrite),
     ];
+    if communication >= 0x1800 {
+        parameters.push(entry(6, Unsigned8, ReadWrite));
+    }
     let values = mapped.iter().copied().chain(core::iter::repeat(0));
     let entries = (1..=8).zip(values).map(|(sub, value)| number(sub, Unsigned32, ReadWrite, value.into()));
     let mut mapping_record = Object::record(mapping, "PDO mapping", entries.collect());
@@ -105,6 +123,7 @@ pub(crate) fn application() -> Schema {
         Object::var(0x2107, entry(0, Unsigned16, ReadWrite)),
         Object::var(0x2108, Entry { mappable: Mappable::Receive, ..entry(0, Unsigned16, WriteOnly) }),
         Object::var(0x2109, Entry { mappable: Mappable::Transmit, ..entry(0, Unsigned16, ReadOnly) }),
+        Object::var(0x210A, Entry { max_length: LARGE_DOMAIN_LENGTH, ..entry(0, Domain, ReadWrite) }),
         Object::array(
             0x6000,
             "Inputs",

@@ -97,7 +97,7 @@ impl Bench {
         let mut sent = Vec::new();
         while let Some(deadline) = self.node.poll_timeout().filter(|deadline| *deadline <= end) {
             self.now = self.now.max(deadline);
-            self.node.handle_timeout(self.now);
+            self.node.handle_timeout(self.now, &mut self.device);
             sent.extend(self.settle());
             let is_past = self.node.poll_timeout().is_some_and(|next| next <= self.now);
             assert!(!is_past, "the node asks for a time that is not to come");

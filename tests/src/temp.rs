@@ -1,6 +1,7 @@
 //! A directory that goes away with its owner.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -12,14 +13,18 @@ static NEXT: AtomicU32 = AtomicU32::new(0);
 pub struct TempDir(PathBuf);
 
 impl TempDir {
-    /// Makes it.
+    /// Makes it. Its name is free even if another machine with the same process ids shares the directory.
     #[must_use]
     #[allow(clippy::new_without_default)]
     pub fn new() -> Self {
-        let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let path = std::env::temp_dir().join(format!("axisd-test-{}-{number}", process::id()));
-        fs::create_dir(&path).expect("make a temporary directory");
-        Self(path)
+        loop {
+            let number = NEXT.fetch_add(1, Ordering::Relaxed);
+            let path = std::env::temp_dir().join(format!("axisd-test-{}-{number}", process::id()));
+            match fs::create_dir(&path) {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                made => return made.map(|()| Self(path)).expect("make a temporary directory"),
+            }
+        }
     }
 
     /// Writes a file in it and gives its path.

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::{AbortCode, Address, Data, DataType, Entry, Origin, Schema, Value, value};
+use crate::{AbortCode, Address, Data, DataType, Entry, Origin, Saved, Schema, Value, value};
 
 /// Where an entry of a particular dictionary is kept: the fast way to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -25,9 +25,10 @@ pub(crate) const MAX_AXES: usize = 8;
 /// The object dictionary of one device.
 #[derive(Clone, Debug)]
 pub struct Dictionary {
-    schema: Arc<Schema>,
-    node_id: u8,
-    values: Vec<Value>,
+    pub(crate) schema: Arc<Schema>,
+    pub(crate) node_id: u8,
+    pub(crate) values: Vec<Value>,
+    pub(crate) saved: Saved,
     written: VecDeque<Slot>,
     is_written: Vec<bool>,
     revision: u64,
@@ -41,7 +42,8 @@ impl Dictionary {
         let values: Vec<Value> = schema.entries().map(|(_, entry)| entry.power_on(node_id)).collect();
         let written = VecDeque::with_capacity(64.min(values.len()));
         let is_written = vec![false; values.len()];
-        Self { schema, node_id, values, written, is_written, revision: 0, owners: [None; MAX_AXES] }
+        let (saved, owners) = (Saved::default(), [None; MAX_AXES]);
+        Self { schema, node_id, values, saved, written, is_written, revision: 0, owners }
     }
 
     /// The objects this dictionary has.
@@ -56,11 +58,12 @@ impl Dictionary {
         self.node_id
     }
 
-    /// Gives every entry its power-on value again. What was written and not yet taken is forgotten.
+    /// Gives every entry its power-on value again: the stored one, else the default. What was written and not yet taken is forgotten.
     pub fn reset(&mut self) {
         for (value, (_, entry)) in self.values.iter_mut().zip(self.schema.entries()) {
             *value = entry.power_on(self.node_id);
         }
+        self.restore();
         self.written.clear();
         self.is_written.fill(false);
         self.revision += 1;
@@ -132,16 +135,20 @@ impl Dictionary {
 
     /// Stores what the gate let through and remembers that it was written.
     pub(crate) fn commit(&mut self, slot: Slot, data: Data<'_>) {
+        self.put(slot, data);
+        if let Some(flag) = self.is_written.get_mut(slot.position())
+            && !core::mem::replace(flag, true)
+        {
+            self.written.push_back(slot);
+        }
+    }
+
+    pub(crate) fn put(&mut self, slot: Slot, data: Data<'_>) {
         match data {
             Data::Bytes(bytes) if matches!(self.value(slot), Some(Value::Bytes(_))) => {
                 self.set_bytes(slot, bytes);
             }
             Data::Bytes(_) | Data::Raw(_) => self.set(slot, data.raw()),
-        }
-        if let Some(flag) = self.is_written.get_mut(slot.position())
-            && !core::mem::replace(flag, true)
-        {
-            self.written.push_back(slot);
         }
     }
 

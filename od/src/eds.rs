@@ -111,6 +111,8 @@ fn write_entry(out: &mut String, entry: &Entry) -> core::fmt::Result {
     writeln!(out, "DataType=0x{:04X}\nAccessType={}", entry.data_type as u16, access_type(entry))?;
     match &entry.initial {
         Initial::PlusNodeId(base) => writeln!(out, "DefaultValue=$NODEID+0x{base:X}")?,
+        // A domain is too much for a line; 0x1021 holds this very sheet.
+        Initial::Value(_) if entry.data_type == DataType::Domain => {}
         Initial::Value(value) => writeln!(out, "DefaultValue={}", value_text(entry.data_type, value))?,
     }
     if let Some(Range::Integer { min, max }) = entry.range {

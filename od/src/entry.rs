@@ -144,6 +144,8 @@ pub struct Entry {
     pub max_length: usize,
     /// The axis that this entry commands: only that axis's owner may write it.
     pub command: Option<u8>,
+    /// Whether its value belongs to the moment and is never stored, although it can be read and written.
+    pub is_volatile: bool,
     /// The owner's objection, if any.
     pub veto: Option<Veto>,
 }
@@ -165,6 +167,7 @@ impl Entry {
             initial: Initial::Value(Value::zero(data_type)),
             max_length: Self::DEFAULT_MAX_LENGTH,
             command: None,
+            is_volatile: false,
             veto: None,
         }
     }

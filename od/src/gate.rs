@@ -109,6 +109,14 @@ impl Dictionary {
         }
         entry.veto.map_or(Ok(()), |veto| veto(self, write.slot, write.data.raw()))
     }
+
+    /// The checks that concern the data alone, whoever writes them: length, range, veto.
+    pub(crate) fn check_stored(&self, slot: Slot, entry: &Entry, bytes: &[u8]) -> Result<(), AbortCode> {
+        let data = Data::Bytes(bytes);
+        check_length(entry, bytes.len())?;
+        check_value(entry, data)?;
+        entry.veto.map_or(Ok(()), |veto| veto(self, slot, data.raw()))
+    }
 }
 
 fn check_length(entry: &Entry, length: usize) -> Result<(), AbortCode> {

@@ -4,6 +4,7 @@
 //! built and then shared by all devices of a kind. A [`Dictionary`] holds the values of one device. Buses read
 //! with [`Dictionary::read`] and change values only with [`Dictionary::write`], the write gate: a batch is
 //! checked item by item (exists, access, length, range, owner, veto) and then committed whole or not at all.
+//! What is stored for the next power-on is a [`Saved`]; it takes the place of the defaults on [`Dictionary::reset`].
 //! The device behind the dictionary sees what was written with [`Dictionary::take_written`] and shows its own
 //! state with [`Dictionary::set`].
 //!
@@ -21,6 +22,7 @@ mod entry;
 mod gate;
 mod instant;
 mod mapping;
+mod saved;
 mod schema;
 mod value;
 
@@ -32,5 +34,6 @@ pub use entry::{Access, Entry, Initial, Mappable, Object, ObjectKind, Range, Vet
 pub use gate::{Bus, Data, Origin, Refusal, Write};
 pub use instant::Instant;
 pub use mapping::{Direction, Field, Mapping};
+pub use saved::{Group, Saved};
 pub use schema::{Schema, SchemaError};
 pub use value::Value;

@@ -73,6 +73,13 @@ impl Schema {
         }
     }
 
+    /// Gives the entry at `address`, if it exists, another default, which must be of its type.
+    pub fn set_initial(&mut self, address: Address, value: Value) {
+        if let Some(entry) = self.slot(address).and_then(|s| self.entries.get_mut(s.position())) {
+            entry.initial = Initial::Value(value);
+        }
+    }
+
     /// Where the entry at `address` is kept.
     #[must_use]
     pub fn slot(&self, address: Address) -> Option<Slot> {

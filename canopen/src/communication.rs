@@ -26,6 +26,12 @@ pub(crate) const COB_ID_EMCY: u16 = 0x1014;
 pub(crate) const ERROR_FIELD: u16 = 0x1003;
 /// EMCY inhibit time, in 100 us.
 pub(crate) const INHIBIT_TIME_EMCY: u16 = 0x1015;
+/// Store parameters.
+pub(crate) const STORE_PARAMETERS: u16 = 0x1010;
+/// Restore default parameters.
+pub(crate) const RESTORE_PARAMETERS: u16 = 0x1011;
+/// Verify configuration.
+pub(crate) const VERIFY_CONFIGURATION: u16 = 0x1020;
 /// Heartbeat producer time, in ms.
 pub(crate) const HEARTBEAT_PRODUCER: u16 = 0x1017;
 /// Synchronous counter overflow value.

@@ -32,6 +32,6 @@ pub use cob_id::CobId;
 pub use emcy::{Emergency, ErrorRegister};
 pub use frame::{Frame, Id};
 pub use nmt::{NmtCommand, NmtState};
-pub use node::{Counters, Event, Node, NodeError};
+pub use node::{Counters, Event, Node, NodeError, Order};
 pub use router::Router;
 pub use time::TimeOfDay;

@@ -1,6 +1,7 @@
 //! One CANopen device on one network.
 
 mod services;
+mod storage;
 mod timing;
 
 use std::collections::VecDeque;
@@ -20,6 +21,9 @@ use crate::sdo::Connections;
 use crate::sync::Sync;
 use crate::{Emergency, Frame, Id, NmtState, TimeOfDay};
 use services::Service;
+use storage::Storage;
+
+pub use storage::Order;
 
 /// What the owner of a node is to act on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +36,8 @@ pub enum Event {
     Subscriptions,
     /// [`Node::network_time`] gives another time now.
     Time,
+    /// Parameters are to be stored or no longer stored; [`Node::stored`] tells how that went.
+    Storage(Order),
 }
 
 /// Why a profile cannot become a node.
@@ -77,6 +83,7 @@ pub struct Node {
     communication: Dictionary,
     services: Vec<(Id, Service)>,
     sdo: Connections,
+    storage: Storage,
     emcy: Producer,
     pdos: Pdos,
     heartbeat: Option<Instant>,
@@ -113,6 +120,7 @@ impl Node {
             pdos,
             services: Vec::new(),
             sdo: Connections::new(node_id, communication.schema()),
+            storage: Storage::default(),
             emcy: Producer::default(),
             heartbeat: None,
             sync: Sync::default(),
@@ -229,10 +237,11 @@ impl Node {
         self.events.pop_front()
     }
 
-    /// Initialisation (CiA 301 v4.2, section 7.3.2.2.1): defaults, boot-up, PRE-OPERATIONAL.
+    /// Initialisation (CiA 301 v4.2, section 7.3.2.2.1): power-on values, boot-up, PRE-OPERATIONAL.
     fn boot(&mut self, now: Instant, application: &Schema) {
         self.communication.reset();
         self.sdo.reset();
+        self.storage.restart();
         self.emcy.restart(&mut self.communication);
         self.outbox.clear();
         self.sync = Sync::default();

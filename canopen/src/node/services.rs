@@ -3,7 +3,7 @@
 use od::Instant;
 use od::{Address, Dictionary, Schema};
 
-use super::{Node, queue};
+use super::{Node, Order, queue};
 use crate::cob_id::NMT;
 use crate::communication::{self as objects, Objects};
 use crate::emcy::Producer;
@@ -109,13 +109,23 @@ impl Node {
             }
             Step::Answer(answer) => connection.frame(answer),
             Step::Write { address, answer } => {
-                let rules =
-                    |objects: &Objects<'_>, slot, raw| rules::check(&self.pdos, objects, address, slot, raw);
+                let (pdos, storage) = (&self.pdos, &self.storage);
+                let rules = |objects: &Objects<'_>, slot, raw| {
+                    storage.check(objects, address, slot, raw)?;
+                    rules::check(pdos, objects, address, slot, raw)
+                };
                 match objects.write(self.origin, address, connection.server.data(), rules) {
                     Ok(()) => {
                         connection.server.reset();
-                        let answer = connection.frame(answer);
+                        let answer = match Order::at(address) {
+                            None => connection.frame(answer),
+                            Some(_) => {
+                                connection.server.hold(address, answer);
+                                None
+                            }
+                        };
                         self.take_over(now, application.schema());
+                        self.note_write(position, address, application.schema());
                         answer
                     }
                     Err(code) => {

@@ -50,6 +50,8 @@ enum Transfer {
 pub(crate) struct Server {
     transfer: Transfer,
     buffer: Vec<u8>,
+    /// What the client is to be answered when all that it asked for is done, and where it wrote.
+    held: Option<(Address, [u8; 8])>,
     timeout: Duration,
     /// When the client's silence ends the transfer.
     deadline: Option<Instant>,
@@ -62,6 +64,7 @@ impl Server {
         Self {
             transfer: Transfer::None,
             buffer: Vec::with_capacity(64),
+            held: None,
             timeout: TIMEOUT,
             deadline: None,
             reminder: None,
@@ -93,6 +96,7 @@ impl Server {
     /// Ends any transfer; the data stay.
     fn end(&mut self) {
         self.transfer = Transfer::None;
+        self.held = None;
         self.deadline = None;
         self.reminder = None;
     }
@@ -101,6 +105,18 @@ impl Server {
     pub(crate) fn refuse(&mut self, address: Address, code: AbortCode) -> [u8; 8] {
         self.reset();
         Response::Abort { address, code }.encode()
+    }
+
+    /// Holds the answer to a complete download back until [`Server::release`], without a time-out. It is given up when
+    /// the client asks for something else, and by [`Server::reset`].
+    pub(crate) fn hold(&mut self, address: Address, answer: [u8; 8]) {
+        self.held = Some((address, answer));
+    }
+
+    /// The answer that was held back, or the refusal in its place.
+    pub(crate) fn release(&mut self, outcome: Result<(), AbortCode>) -> Option<[u8; 8]> {
+        let (address, answer) = self.held.take()?;
+        Some(outcome.map_or_else(|code| self.refuse(address, code), |()| answer))
     }
 
     /// Aborts a transfer whose client was silent for too long. Half that time after the last segment, a block whose

@@ -31,12 +31,17 @@ fn plus_node_id(sub: u8, access: Access, base: u32) -> Entry {
 
 /// 0x1000-0x1FFF.
 pub(crate) fn communication() -> Schema {
+    communication_with(Vec::new())
+}
+
+/// 0x1000-0x1FFF and more.
+pub(crate) fn communication_with(more: Vec<Object>) -> Schema {
     let identity = [0x0000_04D2, 0x0000_0402, 0x0001_0002, 0x0000_002A];
     let mut objects = vec![
         Object::var(0x1000, number(0, Unsigned32, ReadOnly, 0x0002_0192)),
         Object::var(0x1001, entry(0, Unsigned8, ReadOnly)),
         Object {
-            entries: [entry(0, Unsigned8, ReadWrite)]
+            entries: [Entry { is_volatile: true, ..entry(0, Unsigned8, ReadWrite) }]
                 .into_iter()
                 .chain((1..=4).map(|sub| entry(sub, Unsigned32, ReadOnly)))
                 .collect(),
@@ -75,6 +80,7 @@ pub(crate) fn communication() -> Schema {
     objects.extend(pdo(0x1801, 0x1A01, 0x0000_0280, 1, &[0x6200_0308]));
     objects.extend(pdo(0x1802, 0x1A02, 0x8000_0380, 255, &[]));
     objects.extend(pdo(0x1803, 0x1A03, 0xC000_0480, 255, &[]));
+    objects.extend(more);
     Schema::new(objects).unwrap()
 }
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use core::time::Duration;
 
 use canopen::{Event, Frame, Id, Node};
-use od::{AbortCode, Address, Dictionary, Instant};
+use od::{AbortCode, Address, Dictionary, Instant, Object};
 
 /// A node with Node-ID 1.
 pub(crate) struct Bench {
@@ -20,8 +20,14 @@ pub(crate) struct Bench {
 impl Bench {
     /// A node that is not powered yet.
     pub(crate) fn off() -> Self {
+        Self::off_with(Vec::new())
+    }
+
+    /// The same with more communication objects.
+    pub(crate) fn off_with(more: Vec<Object>) -> Self {
         let application = device::application();
-        let node = Node::new(1, 0, Arc::new(device::communication()), &application).unwrap();
+        let communication = device::communication_with(more);
+        let node = Node::new(1, 0, Arc::new(communication), &application).unwrap();
         Self { node, device: Dictionary::new(Arc::new(application), 1), now: Instant::ZERO }
     }
 

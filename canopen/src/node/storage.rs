@@ -1,0 +1,146 @@
+//! Storing and restoring parameters by 0x1010 and 0x1011, and 0x1020, which tells whether the stored ones are still
+//! those that a configuration tool left (CiA 301 v4.2, sections 7.5.2.13, 7.5.2.14 and 7.5.2.22).
+//!
+//! The node stores nothing itself. It passes an [`Order`] to its owner and its SDO server holds the answer back until
+//! [`Node::stored`]: a client that has the answer may cut the power.
+
+use od::{AbortCode, Address, Dictionary, Entry, Group, Saved, Schema, Slot};
+
+use super::{Event, Node};
+use crate::communication::{Objects, RESTORE_PARAMETERS, STORE_PARAMETERS, VERIFY_CONFIGURATION};
+
+/// What to do with the stored values of a group of parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Make the present values the power-on values.
+    Save(Group),
+    /// Make the defaults the power-on values.
+    Restore(Group),
+}
+
+impl Order {
+    /// The order that writing to `address` gives.
+    pub(super) fn at(address: Address) -> Option<Self> {
+        let group = Group::from_sub(address.sub);
+        match address.index {
+            STORE_PARAMETERS => group.map(Self::Save),
+            RESTORE_PARAMETERS => group.map(Self::Restore),
+            _ => None,
+        }
+    }
+
+    /// What is to be stored of `dictionary` then. The verification 0x1020 goes with every group, since it speaks of
+    /// all of them.
+    #[must_use]
+    pub fn apply(self, dictionary: &Dictionary) -> Saved {
+        let is_in = |group: Group| move |index| group.contains(index) || index == VERIFY_CONFIGURATION;
+        match self {
+            Self::Save(group) => dictionary.save(is_in(group)),
+            Self::Restore(group) => dictionary.forget(is_in(group)),
+        }
+    }
+
+    /// What has to be written: "save" or "load", first letter first.
+    const fn signature(self) -> u64 {
+        match self {
+            Self::Save(_) => u32::from_le_bytes(*b"save") as u64,
+            Self::Restore(_) => u32::from_le_bytes(*b"load") as u64,
+        }
+    }
+}
+
+/// What an entry of 0x1010 or 0x1011 reads: bit 0, on command.
+const ON_COMMAND: u64 = 1 << 0;
+
+/// The order under way, and whether 0x1020 is being renewed.
+#[derive(Debug, Default)]
+pub(super) struct Storage {
+    /// What is to be done, and the position of the SDO server whose client wants it.
+    order: Option<(Order, usize)>,
+    /// Whether 0x1020 was written since parameters were last stored: then it is meant for what is being written.
+    is_signed: bool,
+}
+
+impl Storage {
+    /// Whether the entry at `address` may become `raw`.
+    pub(super) fn check(
+        &self,
+        objects: &Objects<'_>,
+        address: Address,
+        slot: Slot,
+        raw: u64,
+    ) -> Result<(), AbortCode> {
+        if !matches!(address.index, STORE_PARAMETERS | RESTORE_PARAMETERS) {
+            return Ok(());
+        }
+        let order = Order::at(address).filter(|_| objects.communication.raw(slot) & ON_COMMAND != 0);
+        match order {
+            Some(order) if order.signature() == raw && self.order.is_none() => Ok(()),
+            Some(order) if order.signature() == raw => Err(AbortCode::DeviceState),
+            Some(_) | None => Err(AbortCode::CannotStore),
+        }
+    }
+
+    /// A reset: what is in effect is what was stored.
+    pub(super) fn restart(&mut self) {
+        self.is_signed = false;
+    }
+}
+
+impl Node {
+    /// Takes `saved` for the stored communication parameters; they take effect with the next reset. Gives how many of
+    /// them do not fit this node and are left out.
+    pub fn set_saved(&mut self, saved: Saved) -> usize {
+        self.communication.set_saved(saved)
+    }
+
+    /// Ends the order of the last [`Event::Storage`]: what it asked for is stored or, for the given reason, as before.
+    /// The client gets its answer.
+    pub fn stored(&mut self, outcome: Result<(), AbortCode>) {
+        let Some((order, position)) = self.storage.order.take() else { return };
+        if outcome.is_ok() {
+            self.storage.is_signed = false;
+            if matches!(order, Order::Restore(_)) {
+                self.void_verification();
+            }
+        }
+        if let Some(connection) = self.sdo.get_mut(position)
+            && let Some(answer) = connection.server.release(outcome)
+            && let Some(frame) = connection.frame(answer)
+        {
+            self.send(frame);
+        }
+    }
+
+    /// Acts on what the client of the SDO server at `position` has written to `address`, after the checks.
+    pub(super) fn note_write(&mut self, position: usize, address: Address, application: &Schema) {
+        let Some(order) = Order::at(address) else { return self.verify(address, application) };
+        if let Ok(slot) = self.communication.find(address) {
+            self.communication.set(slot, ON_COMMAND);
+        }
+        self.storage.order = Some((order, position));
+        self.notify(Event::Storage(order));
+    }
+
+    /// A parameter that changes after 0x1020 was stored makes that void.
+    fn verify(&mut self, written: Address, application: &Schema) {
+        if written.index == VERIFY_CONFIGURATION {
+            self.storage.is_signed = true;
+        }
+        let is_parameter = |schema: &Schema| {
+            schema.slot(written).and_then(|slot| schema.entry(slot)).is_some_and(Entry::is_parameter)
+        };
+        let is_parameter = is_parameter(self.communication.schema()) || is_parameter(application);
+        if is_parameter && !self.storage.is_signed {
+            self.void_verification();
+        }
+    }
+
+    fn void_verification(&mut self) {
+        for sub in 1..=2 {
+            if let Ok(slot) = self.communication.find(Address::new(VERIFY_CONFIGURATION, sub)) {
+                self.communication.set(slot, 0);
+            }
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use core::ops::RangeInclusive;
 use std::sync::Arc;
 
-use od::{AbortCode, Address, Initial, Schema, eds};
+use od::{AbortCode, Address, Initial, Schema, Value, eds};
 
 use crate::{Binding, Diagnostics, Mode, Motor, file};
 
@@ -100,7 +100,7 @@ impl Profile {
     /// # Errors
     /// Everything that is wrong with the file; also that it has no such motor.
     pub fn parse(file: &str, text: &str, motor: Option<&str>) -> Result<Self, Diagnostics> {
-        file::parse(file, text, motor).map(Self::guarded)
+        file::parse(file, text, motor).map(|profile| profile.guarded().with_sheet())
     }
 
     /// The same profile with the device's own objections to what is written: a mode that the drive does not have.
@@ -113,6 +113,16 @@ impl Profile {
             });
         }
         self.application = Arc::new(application);
+        self
+    }
+
+    /// The same profile with its electronic data sheet in 0x1021, if it has that (CiA 301 v4.2, section 7.5.2.23).
+    fn with_sheet(mut self) -> Self {
+        let sheet = Address::new(0x1021, 0);
+        if self.communication.slot(sheet).is_some() {
+            let text = self.eds().into_bytes();
+            Arc::make_mut(&mut self.communication).set_initial(sheet, Value::Bytes(text));
+        }
         self
     }
 

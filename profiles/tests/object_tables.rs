@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use od::{Access, Address, Entry, Initial, Mappable, Range, Schema, Value};
+use od::{Access, Address, DataType, Entry, Initial, Mappable, Range, Schema, Value};
 use profiles::Profile;
 
 fn table(profile: &Profile) -> String {
@@ -52,6 +52,9 @@ fn pdo(mappable: Mappable) -> &'static str {
 fn default(address: Address, entry: &Entry) -> String {
     match &entry.initial {
         Initial::PlusNodeId(base) => format!("0x{base:X} + Node-ID"),
+        Initial::Value(Value::Bytes(_)) if entry.data_type == DataType::Domain => {
+            "this profile's EDS".to_owned()
+        }
         Initial::Value(Value::Bytes(bytes)) if bytes.is_empty() => String::new(),
         Initial::Value(Value::Bytes(bytes)) => format!("\"{}\"", String::from_utf8_lossy(bytes)),
         Initial::Value(Value::Fixed(raw)) => match Value::as_real(entry.data_type, *raw) {

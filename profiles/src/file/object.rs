@@ -13,6 +13,9 @@ use super::{FIRST_OF_APPLICATION, default};
 use crate::profile::{Bound, Later};
 use crate::{Binding, Motor, Report, Span};
 
+/// What can be written and is never stored, whatever the file says: error history, store, restore.
+const NEVER_STORED: [u16; 3] = [0x1003, 0x1010, 0x1011];
+
 /// Everything read from `[[object]]` tables so far.
 #[derive(Default)]
 pub(super) struct Objects {
@@ -61,7 +64,7 @@ impl Objects {
             None => Object::record(index, name, members),
         };
         if let (Some(node), Some(first)) = (count, object.entries.first_mut()) {
-            read_count(node, first, table.report);
+            read_count(node, index, first, table.report);
         }
         self.push(object, span);
         table.finish();
@@ -93,8 +96,9 @@ fn refuse(table: &mut Table<'_, '_>, keys: &[&str], reason: &str) {
 }
 
 /// Sub-index 0 where it is no constant: a list of errors, for example.
-fn read_count(node: Node<'_>, entry: &mut Entry, report: &mut Report) {
+fn read_count(node: Node<'_>, index: u16, entry: &mut Entry, report: &mut Report) {
     let mut table = node.open(report);
+    entry.is_volatile = NEVER_STORED.contains(&index);
     if let Some(access) = access(&mut table) {
         entry.access = access;
     }
@@ -116,6 +120,7 @@ struct Attributes<'d> {
     default: Option<Spanned<Scalar<'d>>>,
     max_length: Option<u32>,
     command: Option<bool>,
+    volatile: Option<bool>,
     axis: Option<u8>,
     behaviour: Option<Behaviour>,
 }
@@ -148,6 +153,7 @@ impl<'d> Attributes<'d> {
             default: table.get("default"),
             max_length: table.get("max_length"),
             command: table.get("command"),
+            volatile: table.get("volatile"),
             axis: if table.has("axis") { table.require_in("axis", 0..=HIGHEST_AXIS) } else { None },
             behaviour: behaviour(table),
         }
@@ -163,6 +169,7 @@ impl<'d> Attributes<'d> {
             default: self.default.or_else(|| object.default.clone()),
             max_length: self.max_length.or(object.max_length),
             command: self.command.or(object.command),
+            volatile: self.volatile.or(object.volatile),
             axis: self.axis.or(object.axis),
             behaviour: self.behaviour.or_else(|| object.behaviour.clone()),
         }
@@ -270,6 +277,7 @@ impl Builder<'_, '_> {
         }
         entry.max_length = attributes.max_length.map_or(Entry::DEFAULT_MAX_LENGTH, |length| length as usize);
         entry.command = attributes.command.unwrap_or(false).then_some(attributes.axis.unwrap_or(0));
+        entry.is_volatile = attributes.volatile.unwrap_or(false) || NEVER_STORED.contains(&self.index);
         self.members.push(entry);
 
         match &attributes.behaviour {

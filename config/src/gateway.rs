@@ -20,7 +20,7 @@ pub struct Gateway {
     pub devices: Vec<Device>,
     /// Where Modbus TCP clients may connect.
     pub modbus: Option<SocketAddr>,
-    /// Directory for what devices store.
+    /// Directory for what devices store; without one they cannot store anything.
     pub storage: Option<PathBuf>,
     /// Path of the control socket.
     pub control: Option<PathBuf>,
@@ -48,7 +48,7 @@ impl fmt::Display for Note {
 }
 
 /// Keys of the file that are checked and do nothing yet.
-const NOT_SERVED: [&str; 3] = ["modbus", "storage", "control"];
+const NOT_SERVED: [&str; 2] = ["modbus", "control"];
 
 /// Reads the gateway file `text`, which stands at `file`; profile files are read by `read`.
 ///
@@ -77,7 +77,7 @@ fn read_gateway(mut file: Table<'_, '_>, resolver: &mut Resolver<'_>) -> Option<
         let listen = table.require::<Spanned<&str>>("listen")?;
         address(&listen, "0.0.0.0:502", table.report)
     });
-    let storage = section(&mut file, "storage", |table| table.require::<&str>("path").map(PathBuf::from));
+    let storage = section(&mut file, "storage", storage_path);
     let control = section(&mut file, "control", |table| table.require::<&str>("socket").map(PathBuf::from));
     let buses = bus::read_all(&mut file);
     let nodes = file.get::<Vec<Node>>("device").unwrap_or_default();
@@ -97,6 +97,16 @@ fn note(file: &str, text: &str, key: &str, span: &Span) -> Note {
     let (line, column) = line_and_column(text, span.start);
     let message = format!("`{key}` has no effect in this version");
     Note { file: file.to_owned(), line, column, message }
+}
+
+/// Where devices store: a relative path is one from where the program runs.
+fn storage_path(table: &mut Table<'_, '_>) -> Option<PathBuf> {
+    let path = table.require::<Spanned<&str>>("path")?;
+    if path.get_ref().is_empty() {
+        let help = "write a directory, such as \"/var/lib/axisd\"".to_owned();
+        table.report.error(&path.span(), "the storage needs a directory", help);
+    }
+    Some(PathBuf::from(path.into_inner()))
 }
 
 /// What `read` makes of the table `key`, if there is one.

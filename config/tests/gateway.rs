@@ -110,16 +110,27 @@ fn a_unit_id_is_by_default_the_node_id_and_only_modbus_needs_them_to_differ() {
 
 #[test]
 fn what_is_not_served_yet_is_noted_with_its_position() {
-    let gateway = load_plainly("[modbus]\nlisten = \"0.0.0.0:502\"\n[storage]\npath = \"/var/lib/axisd\"\n");
+    let gateway =
+        load_plainly("[modbus]\nlisten = \"0.0.0.0:502\"\n[control]\nsocket = \"/run/axisd/control\"\n");
     assert_eq!(gateway.modbus, Some("0.0.0.0:502".parse().unwrap()));
     let notes: Vec<_> = gateway.notes.iter().map(ToString::to_string).collect();
     assert_eq!(
         notes,
         [
             "gateway.toml:1:2: note: `modbus` has no effect in this version",
-            "gateway.toml:3:2: note: `storage` has no effect in this version",
+            "gateway.toml:3:2: note: `control` has no effect in this version",
         ]
     );
+}
+
+#[test]
+fn devices_store_in_a_directory_if_there_is_one() {
+    let gateway = load_plainly("[storage]\npath = \"/var/lib/axisd\"\n");
+    assert_eq!(gateway.storage, Some("/var/lib/axisd".into()));
+    assert_eq!(gateway.notes, []);
+    assert_eq!(load_plainly("").storage, None);
+    let wrong = load_text("[storage]\npath = \"\"\n").unwrap_err();
+    assert_eq!(wrong.0[0].message, "the storage needs a directory");
 }
 
 proptest! {

@@ -13,6 +13,7 @@
 //!   the kernel does not hand a socket its own frames.
 
 mod deadlines;
+mod storage;
 
 use core::ops::Range;
 use core::time::Duration;
@@ -25,6 +26,9 @@ use profiles::{Device, DeviceEvent, Profile};
 use thiserror::Error;
 
 use deadlines::Deadlines;
+use storage::Storing;
+
+pub use storage::Parameters;
 
 /// A link by its number in the configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -95,6 +99,7 @@ struct Member {
 struct Unit {
     device: Device,
     members: Range<usize>,
+    storing: Option<Storing>,
 }
 
 /// A frame on its way to our nodes.
@@ -118,6 +123,8 @@ pub struct Core {
     outbox: VecDeque<(LinkId, Frame)>,
     resubscribed: Vec<LinkId>,
     notices: VecDeque<(usize, Notice)>,
+    /// Devices with an order to store that nobody has fetched.
+    orders: VecDeque<usize>,
     counters: Counters,
 }
 
@@ -138,6 +145,7 @@ impl Core {
             outbox: VecDeque::with_capacity(MAX_PASSING),
             resubscribed: Vec::with_capacity(usize::from(links)),
             notices: VecDeque::with_capacity(MAX_NOTICES),
+            orders: VecDeque::new(),
             counters: Counters::default(),
         };
         for (unit, plan) in plans.iter().enumerate() {
@@ -156,7 +164,7 @@ impl Core {
         // Defaults of the application that depend on a Node-ID follow the first.
         let node_id = plan.nodes.first().map_or(0, |(_, node_id)| *node_id);
         let device = Device::new(Arc::clone(&plan.profile), node_id, now);
-        self.units.push(Unit { device, members: first..self.members.len() });
+        self.units.push(Unit { device, members: first..self.members.len(), storing: None });
         Ok(())
     }
 
@@ -303,7 +311,7 @@ impl Core {
     }
 
     fn run_due(&mut self, now: Instant, unit: usize) {
-        let Some(Unit { device, members }) = self.units.get_mut(unit) else { return };
+        let Some(Unit { device, members, .. }) = self.units.get_mut(unit) else { return };
         let dropped = device.dropped_steps();
         device.advance(now);
         let dropped = device.dropped_steps() - dropped;
@@ -321,7 +329,8 @@ impl Core {
     /// happened to it.
     fn settle(&mut self, now: Instant, unit: usize) {
         let Self { units, members, routers, resubscribed, notices, counters, .. } = self;
-        let Some(Unit { device, members: own }) = units.get_mut(unit) else { return };
+        let Some(Unit { device, members: own, .. }) = units.get_mut(unit) else { return };
+        let mut ordered = Vec::new();
         if device.dictionary().has_written() {
             device.apply(now);
         }
@@ -345,6 +354,10 @@ impl Core {
                         }
                         None
                     }
+                    Event::Storage(order) => {
+                        ordered.push((number, order));
+                        None
+                    }
                 };
                 notice.into_iter().for_each(|n| note(notices, counters, unit, n));
             }
@@ -353,11 +366,12 @@ impl Core {
             let notice = tell(event, members);
             note(notices, counters, unit, notice);
         }
+        ordered.into_iter().for_each(|(number, order)| self.order(unit, number, order));
     }
 
     /// Samples what the device now shows and queues what its nodes have to say.
     fn speak(&mut self, now: Instant, unit: usize) {
-        let Some(Unit { device, members }) = self.units.get(unit) else { return };
+        let Some(Unit { device, members, .. }) = self.units.get(unit) else { return };
         let mut deadline = device.poll_timeout();
         for number in members.clone() {
             let Some(Unit { device, .. }) = self.units.get(unit) else { continue };

@@ -18,6 +18,7 @@ use crate::core::{Core, LinkId};
 use crate::link::{LONGEST_BLOCK, Link, Patience, SocketCan};
 use crate::reporter::Reporter;
 use crate::socketcand::Inbound;
+use crate::storage::{Done, Storage};
 use crate::sys::BATCH;
 use crate::wait::{wait, wake_punctually};
 
@@ -45,6 +46,7 @@ pub(crate) struct CoreLoop {
     /// Set when the loop is to end; the alarm rings then.
     pub(crate) stop: Arc<AtomicBool>,
     pub(crate) reporter: Reporter,
+    pub(crate) storage: Storage,
     pub(crate) turns_without_clock: u32,
 }
 
@@ -89,6 +91,7 @@ impl CoreLoop {
             has_backlog = self.take_from_clients(now);
             self.transmit(now);
             self.do_what_is_due(now);
+            self.serve_storage(now);
             if self.stop.load(Ordering::Relaxed) {
                 end = Some(self.stop_axes(now, end));
             }
@@ -139,7 +142,7 @@ impl CoreLoop {
             [Link { interface: Some(interface), .. }] => interface.fd().is_some() && self.clients.is_none(),
             _ => false,
         };
-        if is_far && is_alone {
+        if is_far && is_alone && self.storage.is_idle() {
             return Sleep::InReceive;
         }
         Sleep::Until(deadline.map(|deadline| deadline.saturating_since(self.clock.now())))
@@ -233,6 +236,18 @@ impl CoreLoop {
                 self.open(now, position);
                 self.transmit(now);
             }
+        }
+    }
+
+    /// Passes orders to store on, and what became of earlier ones back.
+    fn serve_storage(&mut self, now: Instant) {
+        while let Some((device, parameters)) = self.core.poll_store() {
+            self.storage.submit(device, parameters);
+        }
+        while let Some(Done { device, outcome }) = self.storage.poll() {
+            self.reporter.stored(now, device, outcome.as_ref().err());
+            self.core.stored(now, device, outcome.map_err(|failure| failure.code()));
+            self.transmit(now);
         }
     }
 

@@ -2,7 +2,8 @@
 //!
 //! [`core::Core`] is the part without I/O: every device and bus engine, by value, under whatever time it is told.
 //! Around it one thread moves frames between the core and the links, and a second one serves
-//! [`socketcand`] clients. Nothing but frames passes between the two, by bounded queues.
+//! [`socketcand`] clients. Nothing but frames passes between the two, by bounded queues. A third one writes what devices
+//! want to be stored: [`storage`].
 
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
 
@@ -18,5 +19,6 @@ mod log;
 mod reporter;
 mod run;
 pub mod socketcand;
+pub mod storage;
 mod sys;
 mod wait;

@@ -9,6 +9,7 @@ use tracing::{info, warn};
 use crate::core::{Core, Notice};
 use crate::link::Link;
 use crate::log::{Limiter, Subject};
+use crate::storage::Failure;
 
 /// Knows what was said last.
 #[derive(Debug)]
@@ -67,6 +68,19 @@ impl Reporter {
             }
         }
         *trouble = error;
+    }
+
+    /// Says that the parameters of a device are stored, or why not.
+    pub(crate) fn stored(&mut self, now: Instant, device: usize, failure: Option<&Failure>) {
+        let kind = if failure.is_some() { "not stored" } else { "stored" };
+        if self.limiter.admit(now, Subject::Device(device), kind).is_none() {
+            return;
+        }
+        let device = self.devices.get(device).map_or("?", String::as_str);
+        match failure {
+            None => info!("{device}: parameters stored"),
+            Some(failure) => warn!("{device}: parameters not stored: {failure}"),
+        }
     }
 
     fn notice(&mut self, now: Instant, device: usize, notice: Notice) {

@@ -2,6 +2,7 @@
 //! that is where the kernel delivers signals.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::io;
 use std::net::SocketAddr;
 use std::path::Path;
@@ -9,6 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use config::Gateway;
+use od::Instant;
 use sd_notify::NotifyState;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::{flag, low_level};
@@ -26,6 +28,7 @@ use crate::link::{Link, SocketCan};
 use crate::log;
 use crate::reporter::Reporter;
 use crate::socketcand::{self, Bus, Inbound, Listening, ToCore};
+use crate::storage::{self, Storage};
 
 /// `axisd run --config FILE`.
 pub(crate) fn file(file: &Path) -> Result<(), Failure> {
@@ -63,14 +66,44 @@ fn start(gateway: &Gateway, listening: Vec<Listening>) -> Result<CoreLoop, Failu
     let alarm = Alarm::new().map_err(other)?;
     let stop = stop_on_signal(&alarm).map_err(other)?;
     let links = links(gateway, &listening, clock);
-    let core = Core::new(links.len() as u16, &plans(gateway), clock.now()).map_err(|error| {
+    let mut core = Core::new(links.len() as u16, &plans(gateway), clock.now()).map_err(|error| {
         let device = gateway.devices.get(error.device).map_or("?", |device| device.name.as_str());
         Failure::Configuration(format!("device `{device}`: {}", error.reason))
     })?;
     let clients = serve_clients(listening, &alarm, clock).map_err(other)?;
-    let devices = gateway.devices.iter().map(|device| device.name.clone()).collect();
+    let devices: Vec<String> = gateway.devices.iter().map(|device| device.name.clone()).collect();
+    let storage = match &gateway.storage {
+        None => Storage::default(),
+        Some(directory) => {
+            fs::create_dir_all(directory).map_err(|error| {
+                Failure::Other(format!("cannot store parameters in {}: {error}", directory.display()))
+            })?;
+            load_parameters(&mut core, clock.now(), directory, &devices);
+            Storage::start(directory.clone(), &devices, alarm.bell()).map_err(other)?
+        }
+    };
     let reporter = Reporter::new(devices, links.len());
-    Ok(CoreLoop { core, links, clients, clock, alarm, stop, reporter, turns_without_clock: 0 })
+    Ok(CoreLoop { core, links, clients, clock, alarm, stop, reporter, storage, turns_without_clock: 0 })
+}
+
+/// Gives every device what it has stored.
+fn load_parameters(core: &mut Core, now: Instant, directory: &Path, devices: &[String]) {
+    for (number, device) in devices.iter().enumerate() {
+        match storage::load(directory, device) {
+            Ok(None) => {}
+            Ok(Some(parameters)) => match core.load(now, number, parameters) {
+                0 => {}
+                left_out => {
+                    warn!("{device}: {left_out} stored values do not fit the profile and are left out");
+                }
+            },
+            Err(error) => {
+                let file = directory.join(storage::file_name(device));
+                warn!("{device}: starts with the defaults, for {} cannot be used: {error}", file.display());
+                core.lose_parameters(number);
+            }
+        }
+    }
 }
 
 fn plans(gateway: &Gateway) -> Vec<Plan> {

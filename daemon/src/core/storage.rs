@@ -1,0 +1,114 @@
+//! What the devices have stored, and what they want to be stored.
+//!
+//! A node that is told to store passes the order on. The core then takes a copy of everything that the device will
+//! have stored, which its owner fetches by [`Core::poll_store`], stores as a whole and confirms by [`Core::stored`].
+//! Only then is it what the next reset goes back to, and the client of the node has its answer.
+
+use canopen::{Emergency, ErrorRegister, Order};
+use od::{AbortCode, Instant, Saved};
+
+use super::{Core, Member, Unit};
+
+/// Everything that one device has stored.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Parameters {
+    /// Objects from 0x2000 on.
+    pub application: Saved,
+    /// Communication objects of each node, in the order of the device's places.
+    pub nodes: Vec<Saved>,
+}
+
+impl Parameters {
+    /// Whether everything has its default.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.application.is_empty() && self.nodes.iter().all(Saved::is_empty)
+    }
+}
+
+/// An order under way.
+#[derive(Debug)]
+pub(super) struct Storing {
+    /// The node that gave it.
+    member: usize,
+    parameters: Parameters,
+}
+
+/// "Loss of parameters" (IEC 61800-7-201, error codes of 0x603F).
+const PARAMETERS_LOST: u16 = 0x6310;
+
+impl Core {
+    /// Gives a device what it has stored; to be called before [`Core::start`]. Gives how many values do not fit the
+    /// device and are left out.
+    pub fn load(&mut self, now: Instant, device: usize, parameters: Parameters) -> usize {
+        let Some(Unit { device, members, .. }) = self.units.get_mut(device) else { return 0 };
+        let mut left_out = device.dictionary_mut().set_saved(parameters.application);
+        device.reset(now);
+        let mut nodes = parameters.nodes.into_iter();
+        let members = self.members.get_mut(members.clone()).unwrap_or_default();
+        for (Member { node, .. }, saved) in members.iter_mut().zip(&mut nodes) {
+            left_out += node.set_saved(saved);
+        }
+        left_out + nodes.map(|saved| saved.iter().count()).sum::<usize>()
+    }
+
+    /// What a device has stored cannot be read: it has its defaults, and its masters are told.
+    pub fn lose_parameters(&mut self, device: usize) {
+        let Some(Unit { members, .. }) = self.units.get(device) else { return };
+        let register = ErrorRegister::empty();
+        for Member { node, .. } in self.members.get_mut(members.clone()).unwrap_or_default() {
+            node.raise(Emergency { code: PARAMETERS_LOST, register, detail: [0; 5] });
+        }
+    }
+
+    /// The next device whose parameters are to be stored, by its position, and what it will then have stored.
+    pub fn poll_store(&mut self) -> Option<(usize, Parameters)> {
+        let unit = self.orders.pop_front()?;
+        let storing = self.units.get(unit)?.storing.as_ref()?;
+        Some((unit, storing.parameters.clone()))
+    }
+
+    /// What [`Core::poll_store`] gave for this device is stored or, for the given reason, not.
+    pub fn stored(&mut self, now: Instant, device: usize, outcome: Result<(), AbortCode>) {
+        let Some(unit) = self.units.get_mut(device) else { return };
+        let Some(Storing { member, parameters }) = unit.storing.take() else { return };
+        if outcome.is_ok() {
+            // It was taken from this very device, so all of it fits.
+            unit.device.dictionary_mut().set_saved(parameters.application);
+            let members = self.members.get_mut(unit.members.clone()).unwrap_or_default();
+            for (Member { node, .. }, saved) in members.iter_mut().zip(parameters.nodes) {
+                node.set_saved(saved);
+                node.clear(PARAMETERS_LOST);
+            }
+        }
+        if let Some(Member { node, .. }) = self.members.get_mut(member) {
+            node.stored(outcome);
+        }
+        self.speak(now, device);
+        self.pass(now);
+    }
+
+    /// Takes the order that a node of `unit` has given.
+    pub(super) fn order(&mut self, unit: usize, member: usize, order: Order) {
+        let Some(Unit { device, members: own, storing }) = self.units.get_mut(unit) else { return };
+        let members = self.members.get_mut(own.clone()).unwrap_or_default();
+        let numbered = own.clone().zip(members);
+        if storing.is_some() {
+            // Another node of this device was first.
+            let own = numbered.filter(|(number, _)| *number == member);
+            own.for_each(|(_, Member { node, .. })| node.stored(Err(AbortCode::DeviceState)));
+            return;
+        }
+        let saved = |(number, Member { node, .. }): (usize, &mut Member)| {
+            if number == member {
+                order.apply(node.communication())
+            } else {
+                node.communication().saved().clone()
+            }
+        };
+        let nodes = numbered.map(saved).collect();
+        let application = order.apply(device.dictionary());
+        *storing = Some(Storing { member, parameters: Parameters { application, nodes } });
+        self.orders.push_back(unit);
+    }
+}

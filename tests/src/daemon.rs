@@ -51,9 +51,22 @@ impl Daemon {
         self.process.stdout()
     }
 
+    /// Waits until its log has a line with this text.
+    pub fn logged(&mut self, text: &str) {
+        self.process.wait_for(&format!("log line {text:?}"), PATIENCE, |line| {
+            line.stream == Stream::Err && line.text.contains(text)
+        });
+    }
+
     /// Asks it to stop, and returns at once.
     pub fn terminate(&mut self) {
         self.process.signal(Signal::SIGTERM);
+        self.stopped = true;
+    }
+
+    /// Ends it by SIGKILL, wherever it is.
+    pub fn kill(&mut self) {
+        self.process.signal(Signal::SIGKILL);
         self.stopped = true;
     }
 

@@ -1,9 +1,8 @@
 //! The demo over its socketcand port: no CAN in the kernel is needed.
 
-use std::io::{Read, Write};
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, TcpListener};
 
-use tests::{Bus, Daemon, Master, PATIENCE, axisd, config, free_port, run_python};
+use tests::{Bus, Client, Daemon, Master, axisd, config, free_port, run_python};
 
 const PROFILE: &str = "jvl-mac00-fc4";
 
@@ -106,60 +105,6 @@ fn a_taken_port_is_a_clear_error() {
 
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success() && stderr.contains(&address) && stderr.contains("in use"), "{stderr}");
-}
-
-/// A socketcand client that speaks the protocol's text itself.
-struct Client(TcpStream);
-
-impl Client {
-    fn connect(port: u16) -> Self {
-        let stream = TcpStream::connect((Ipv4Addr::LOCALHOST, port)).expect("connect to the demo");
-        stream.set_read_timeout(Some(PATIENCE)).expect("set a time-out");
-        Self(stream)
-    }
-
-    /// In raw mode on the demo's bus.
-    fn raw(port: u16) -> Self {
-        let mut client = Self::connect(port);
-        client.expect("< hi >");
-        client.send("< open can0 >");
-        client.expect("< ok >");
-        client.send("< rawmode >");
-        client.expect("< ok >");
-        client
-    }
-
-    fn send(&mut self, text: &str) {
-        self.0.write_all(text.as_bytes()).expect("send to the demo");
-    }
-
-    /// The next `< ... >`.
-    fn receive(&mut self) -> String {
-        let mut text = String::new();
-        while !text.ends_with('>') {
-            let mut byte = [0];
-            self.0.read_exact(&mut byte).unwrap_or_else(|e| panic!("{e} after {text:?}"));
-            text.push(char::from(byte[0]));
-        }
-        text
-    }
-
-    fn expect(&mut self, text: &str) {
-        assert_eq!(self.receive(), text);
-    }
-
-    /// The next frame, without its time stamp.
-    fn frame(&mut self) -> String {
-        let text = self.receive();
-        match text.split(' ').collect::<Vec<_>>()[..] {
-            ["<", "frame", id, stamp, data, ">"] => {
-                let digits = stamp.split_once('.').map(|(seconds, micros)| (seconds.len(), micros.len()));
-                assert!(matches!(digits, Some((1.., 6))), "no time stamp: {text}");
-                format!("{id} {data}")
-            }
-            _ => panic!("no frame: {text}"),
-        }
-    }
 }
 
 #[test]

@@ -1,0 +1,111 @@
+//! Parameters that are stored survive the daemon, whenever it is killed.
+
+use std::fs;
+use std::thread;
+use std::time::Duration;
+
+use tests::{Bus, Client, Daemon, TempDir, config, free_port};
+
+/// Parameters in both areas, index and sub-index, all of 32 bits; all get the same value before each store.
+const PARAMETERS: [(u16, u8); 4] = [(0x1020, 1), (0x1020, 2), (0x6065, 0), (0x6067, 0)];
+
+fn daemon(port: u16, storage: &TempDir) -> Daemon {
+    let config = config(Bus::Socketcand(port), &[("axis 1", "cia402-servo", 1)]);
+    Daemon::start(&format!("[storage]\npath = \"{}\"\n{config}", storage.path().display()))
+}
+
+fn request(command: u8, (index, sub): (u16, u8), value: u32) -> String {
+    let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
+    format!("601 8 {command:X} {low:X} {high:X} {sub:X} {a:X} {b:X} {c:X} {d:X}")
+}
+
+/// The value of the good answer to a read request.
+fn read(client: &mut Client, address: (u16, u8)) -> u32 {
+    let answer = client.try_ask(&request(0x40, address, 0)).expect("the daemon is there");
+    let digits = answer.strip_prefix("581 43").and_then(|rest| rest.get(6..)).expect("a good answer");
+    u32::from_str_radix(digits, 16).expect("eight digits").swap_bytes()
+}
+
+/// Whether a write was answered, which must be well; `None` if the daemon is gone.
+fn write(client: &mut Client, address: (u16, u8), value: u32) -> Option<()> {
+    let answer = client.try_ask(&request(0x23, address, value)).ok()?;
+    assert!(answer.starts_with("581 60"), "{answer}");
+    Some(())
+}
+
+fn save(client: &mut Client) -> Option<()> {
+    write(client, (0x1010, 1), u32::from_le_bytes(*b"save"))
+}
+
+/// Stores one generation after the other until the daemon is gone; gives the last one that was confirmed.
+fn store_until_killed(client: &mut Client, mut generation: u32) -> u32 {
+    loop {
+        let stored = PARAMETERS.iter().try_for_each(|address| write(client, *address, generation + 1));
+        if stored.and_then(|()| save(client)).is_none() {
+            return generation;
+        }
+        generation += 1;
+    }
+}
+
+#[test]
+fn killed_at_any_moment_it_has_the_old_set_or_the_new_one() {
+    const KILLS: u64 = 40;
+    let storage = TempDir::new();
+    let mut generation = 0;
+    let mut in_flight = 0;
+    for kill in 0..=KILLS {
+        let port = free_port();
+        let mut daemon = daemon(port, &storage);
+        let mut client = Client::raw(port);
+        let set = PARAMETERS.map(|address| read(&mut client, address));
+        if kill > 0 {
+            assert_eq!(set, [set[0]; PARAMETERS.len()], "kill {kill}: half a set");
+            assert!(
+                [generation, generation + 1].contains(&set[0]),
+                "kill {kill}: {generation} was confirmed"
+            );
+            in_flight += u32::from(set[0] > generation);
+            generation = set[0];
+        }
+        let client = thread::spawn(move || store_until_killed(&mut client, generation));
+        // Steps of 1.7 ms over a few stores, so that every part of one is met.
+        thread::sleep(Duration::from_micros(20_000 + kill * 1_700));
+        daemon.kill();
+        generation = client.join().expect("only good answers");
+    }
+    println!("{generation} stores, {KILLS} kills, {in_flight} of them between a store and its answer");
+    assert!(u64::from(generation) > KILLS, "only {generation} stores");
+}
+
+#[test]
+fn a_file_that_cannot_be_used_means_defaults_and_an_emergency() {
+    let storage = TempDir::new();
+    storage.write("axis%201.parameters", "axisd parameters 1\n");
+    let port = free_port();
+    let mut daemon = daemon(port, &storage);
+    daemon.logged("axis 1: starts with the defaults");
+    let mut client = Client::raw(port);
+    assert_eq!(read(&mut client, (0x1020, 1)), 0);
+    assert_eq!(read(&mut client, (0x1003, 1)), 0x6310, "loss of parameters");
+
+    assert_eq!(save(&mut client), Some(()));
+    let text = fs::read_to_string(storage.path().join("axis%201.parameters")).expect("the file is there");
+    assert!(text.starts_with("axisd parameters 1\napplication\n"), "{text}");
+}
+
+#[test]
+fn without_a_directory_nothing_can_be_saved() {
+    let port = free_port();
+    let _daemon = Daemon::start(&config(Bus::Socketcand(port), &[("axis1", "cia402-servo", 1)]));
+    let mut client = Client::raw(port);
+
+    let save = client.try_ask(&request(0x23, (0x1010, 1), u32::from_le_bytes(*b"save")));
+    assert_eq!(save.expect("the daemon is there"), "581 8010100120000008");
+
+    assert_eq!(
+        write(&mut client, (0x1011, 1), u32::from_le_bytes(*b"load")),
+        Some(()),
+        "there is nothing to undo"
+    );
+}

@@ -1,4 +1,4 @@
-//! Storing and restoring parameters (CiA 301 v4.2, sections 7.5.2.13, 7.5.2.14 and 7.5.2.22 to 7.5.2.24).
+//! Storing and restoring parameters (CiA 301 v4.2, sections 7.5.2.13, 7.5.2.14 and 7.5.2.23 to 7.5.2.25).
 
 mod bench;
 

@@ -116,7 +116,7 @@ impl Profile {
         self
     }
 
-    /// The same profile with its electronic data sheet in 0x1021, if it has that (CiA 301 v4.2, section 7.5.2.23).
+    /// The same profile with its electronic data sheet in 0x1021, if it has that (CiA 301 v4.2, section 7.5.2.24).
     fn with_sheet(mut self) -> Self {
         let sheet = Address::new(0x1021, 0);
         if self.communication.slot(sheet).is_some() {

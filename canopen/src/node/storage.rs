@@ -1,5 +1,5 @@
 //! Storing and restoring parameters by 0x1010 and 0x1011, and 0x1020, which tells whether the stored ones are still
-//! those that a configuration tool left (CiA 301 v4.2, sections 7.5.2.13, 7.5.2.14 and 7.5.2.22).
+//! those that a configuration tool left (CiA 301 v4.2, sections 7.5.2.13, 7.5.2.14 and 7.5.2.23).
 //!
 //! The node stores nothing itself. It passes an [`Order`] to its owner and its SDO server holds the answer back until
 //! [`Node::stored`]: a client that has the answer may cut the power.

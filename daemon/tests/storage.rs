@@ -14,6 +14,7 @@ use daemon::storage::{
     Corrupt, Done, Failure, Replacement, Storage, decode, encode, file_name, load, replace,
 };
 use od::{AbortCode, Address, Saved};
+use proptest::prelude::*;
 
 const OLD: &[u8] = b"old";
 const NEW: &[u8] = b"the new one";
@@ -279,4 +280,28 @@ fn without_a_directory_only_defaults_can_be_stored() {
     storage.submit(0, Parameters::default());
     assert!(storage.poll().unwrap().outcome.is_ok());
     assert!(storage.is_idle());
+}
+
+fn any_saved() -> impl Strategy<Value = Saved> {
+    let value = (any::<u16>(), any::<u8>(), prop::collection::vec(any::<u8>(), 0..20));
+    prop::collection::vec(value, 0..20).prop_map(|values| {
+        let mut saved = Saved::default();
+        for (index, sub, bytes) in values {
+            saved.insert(Address::new(index, sub), bytes);
+        }
+        saved
+    })
+}
+
+proptest! {
+    #[test]
+    fn whatever_is_written_is_read_back(application in any_saved(), nodes in prop::collection::vec(any_saved(), 0..4)) {
+        let parameters = Parameters { application, nodes };
+        prop_assert_eq!(decode(encode(&parameters).as_bytes()), Ok(parameters));
+    }
+
+    #[test]
+    fn any_bytes_are_survived(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        prop_assert!(decode(&bytes).is_err());
+    }
 }

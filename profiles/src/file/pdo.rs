@@ -1,7 +1,7 @@
 //! The PDOs of a profile file: `[[rpdo]]` and `[[tpdo]]` tables, which stand for their communication and mapping
 //! objects (CiA 301 v4.2, sections 7.5.2.35 to 7.5.2.38).
 
-use od::{Access, Address, DataType, Direction, Entry, Initial, Object, Value};
+use od::{Access, Address, DataType, Direction, Entry, Initial, Mapping, Object, Value};
 
 use super::object::Objects;
 use super::reader::{Node, Scalar, Spanned, Table};
@@ -48,8 +48,8 @@ const NOT_VALID: u32 = 1 << 31;
 const NO_RTR: u32 = 1 << 30;
 /// PDOs 1 to this have a COB-ID in the pre-defined connection set, 0x100 apart.
 const PREDEFINED: u16 = 4;
-/// Entries that can be mapped into one PDO: as many as there are bytes in a CAN frame.
-const MAX_FIELDS: u8 = 8;
+/// Entries that can be mapped into one PDO unless it says otherwise: as many as there are bytes in a CAN frame.
+const USUAL_CAPACITY: u8 = 8;
 const PAYLOAD_BITS: u32 = 64;
 const HIGHEST_NUMBER: u16 = 512;
 const EVENT_DRIVEN: u8 = 255;
@@ -57,20 +57,25 @@ const EVENT_DRIVEN: u8 = 255;
 /// Reads the PDOs of one kind, adds their objects and says how many there are.
 pub(super) fn read_all(file: &mut Table<'_, '_>, kind: Kind, objects: &mut Objects) -> u16 {
     let nodes = file.get::<Vec<Node>>(kind.key).unwrap_or_default();
-    let number = u16::try_from(nodes.len()).unwrap_or(u16::MAX);
-    for node in nodes {
-        read(node, kind, objects, file.report);
-    }
-    number
+    nodes.into_iter().fold(0, |sum: u16, node| sum.saturating_add(read(node, kind, objects, file.report)))
 }
 
-fn read(node: Node<'_>, kind: Kind, objects: &mut Objects, report: &mut Report) {
+/// Reads the PDO `number`, or the run of equal ones from `number` to `last`, and says how many these are.
+fn read(node: Node<'_>, kind: Kind, objects: &mut Objects, report: &mut Report) -> u16 {
     let span = node.span();
     let mut table = node.open(report);
     let number = table.require_in("number", 1..=HIGHEST_NUMBER);
-    let cob_id = cob_id(&mut table, kind, number);
+    let lowest_last = number.unwrap_or(1);
+    let last =
+        if table.has("last") { table.require_in("last", lowest_last..=HIGHEST_NUMBER) } else { number };
+    let cob_ids = CobIds::read(&mut table, kind, last);
+    let capacity = if table.has("capacity") {
+        table.require_in("capacity", 1..=Mapping::MAX_FIELDS as u8)
+    } else {
+        Some(USUAL_CAPACITY)
+    };
+    let capacity = capacity.unwrap_or(USUAL_CAPACITY);
     let mut members = vec![
-        u32_entry(1, &format!("COB-ID used by {}", kind.name), cob_id),
         entry(2, "Transmission type", DataType::Unsigned8, transmission(&mut table)),
         entry(3, "Inhibit time", DataType::Unsigned16, table.get::<u16>("inhibit").unwrap_or(0).into()),
         entry(5, "Event timer", DataType::Unsigned16, table.get::<u16>("event_timer").unwrap_or(0).into()),
@@ -80,44 +85,65 @@ fn read(node: Node<'_>, kind: Kind, objects: &mut Objects, report: &mut Report) 
         members.push(entry(6, "SYNC start value", DataType::Unsigned8, start.into()));
     }
     let map = table.require::<Vec<Spanned<&str>>>("map").unwrap_or_default();
-    let parameters = mapping(&map, kind, objects, table.report);
+    let parameters = mapping(&map, capacity, kind, objects, table.report);
     let later = table.get::<&str>("later");
     table.finish();
-    if let Some(number) = number {
+    let (Some(first), Some(last)) = (number, last) else { return 1 };
+    for number in first..=last {
+        let cob_id = u32_entry(1, &format!("COB-ID used by {}", kind.name), cob_ids.of(number, first));
+        let members = [cob_id].into_iter().chain(members.iter().cloned()).collect();
         let name = format!("{} communication parameter {number}", kind.name);
         objects.push(Object::record(kind.communication + number - 1, name, members), span.clone());
-        objects.push(mapping_object(kind, number, &parameters), span);
+        objects.push(mapping_object(kind, number, capacity, &parameters), span.clone());
         let postpone = |what: &str| Later {
             index: kind.mapping + number - 1,
-            subs: 0..=MAX_FIELDS,
+            subs: 0..=capacity,
             what: what.to_owned(),
         };
         objects.later.extend(later.map(postpone));
     }
+    last - first + 1
 }
 
-/// `cob_id`, or the one of the pre-defined connection set; bit 31 is set unless the PDO is `enabled`.
-fn cob_id(table: &mut Table<'_, '_>, kind: Kind, number: Option<u16>) -> Initial {
-    let predefined = number.filter(|n| *n <= PREDEFINED);
-    let given = table.get::<Spanned<Scalar<'_>>>("cob_id");
-    let given = given
-        .map(|scalar| (scalar.span(), default::initial(DataType::Unsigned32, &scalar, None, table.report)));
-    let enabled = table.get::<bool>("enabled").unwrap_or(predefined.is_some() || given.is_some());
-    if enabled && given.is_none() && number.is_some() && predefined.is_none() {
-        let help = "add `cob_id = ` or `enabled = false`".to_owned();
-        table.report.error(&table.key_span("enabled"), "only PDOs 1-4 have a COB-ID of their own", help);
+/// The COB-IDs of a run of PDOs: `cob_id` for the first and one more for each that follows, or those of the
+/// pre-defined connection set. Bit 31 is set unless the PDO is `enabled`.
+struct CobIds {
+    kind: Kind,
+    given: Option<Initial>,
+    enabled: Option<bool>,
+}
+
+impl CobIds {
+    /// Reads the COB-IDs of PDOs up to `last`.
+    fn read(table: &mut Table<'_, '_>, kind: Kind, last: Option<u16>) -> Self {
+        let given = table.get::<Spanned<Scalar<'_>>>("cob_id");
+        let given = given.map(|scalar| default::initial(DataType::Unsigned32, &scalar, None, table.report));
+        let enabled = table.get::<bool>("enabled");
+        if enabled == Some(true) && given.is_none() && last.is_some_and(|last| last > PREDEFINED) {
+            let help = "add `cob_id = ` or `enabled = false`".to_owned();
+            table.report.error(&table.key_span("enabled"), "only PDOs 1-4 have a COB-ID of their own", help);
+        }
+        Self { kind, given: given.flatten(), enabled }
     }
-    let flags = kind.flags | if enabled { 0 } else { NOT_VALID };
-    match (given, predefined) {
-        (Some((_, Some(Initial::PlusNodeId(base)))), _) => Initial::PlusNodeId(base | flags),
-        (Some((_, Some(Initial::Value(value)))), _) => {
-            Initial::Value(Value::Fixed(value.raw() | u64::from(flags)))
+
+    /// The COB-ID of PDO `number` in a run that begins at `first`.
+    fn of(&self, number: u16, first: u16) -> Initial {
+        let is_predefined = number <= PREDEFINED;
+        let enabled = self.enabled.unwrap_or(is_predefined || self.given.is_some());
+        let flags = self.kind.flags | if enabled { 0 } else { NOT_VALID };
+        let step = u32::from(number - first);
+        match &self.given {
+            Some(Initial::PlusNodeId(base)) => Initial::PlusNodeId(base.wrapping_add(step) | flags),
+            Some(Initial::Value(value)) => {
+                let cob_id = (value.raw() as u32).wrapping_add(step) | flags;
+                Initial::Value(Value::Fixed(cob_id.into()))
+            }
+            None if is_predefined => {
+                let base = self.kind.first_cob_id + 0x100 * (u32::from(number) - 1);
+                Initial::PlusNodeId(base | flags)
+            }
+            None => Initial::Value(Value::Fixed(flags.into())),
         }
-        (None, Some(number)) => {
-            let base = kind.first_cob_id + 0x100 * (u32::from(number) - 1);
-            Initial::PlusNodeId(base | flags)
-        }
-        (Some((_, None)) | None, _) => Initial::Value(Value::Fixed(flags.into())),
     }
 }
 
@@ -133,7 +159,13 @@ fn transmission(table: &mut Table<'_, '_>) -> u64 {
 }
 
 /// The mapping parameters (0xIIIISSBB) of the entries in `map`.
-fn mapping(map: &[Spanned<&str>], kind: Kind, objects: &Objects, report: &mut Report) -> Vec<u32> {
+fn mapping(
+    map: &[Spanned<&str>],
+    capacity: u8,
+    kind: Kind,
+    objects: &Objects,
+    report: &mut Report,
+) -> Vec<u32> {
     let mut parameters = Vec::new();
     let mut bits = 0;
     for text in map {
@@ -141,9 +173,9 @@ fn mapping(map: &[Spanned<&str>], kind: Kind, objects: &Objects, report: &mut Re
             continue;
         };
         bits += u32::from(width);
-        if bits > PAYLOAD_BITS || parameters.len() >= usize::from(MAX_FIELDS) {
+        if bits > PAYLOAD_BITS || parameters.len() >= usize::from(capacity) {
             let message = format!("{address} does not fit any more");
-            report.error(&text.span(), message, "a PDO carries 8 bytes and 8 entries".to_owned());
+            report.error(&text.span(), message, format!("this PDO carries 8 bytes and {capacity} entries"));
         }
         parameters.push(u32::from(address.index) << 16 | u32::from(address.sub) << 8 | u32::from(width));
     }
@@ -197,8 +229,8 @@ fn address(text: &str) -> Option<Address> {
     (is_hex(index) && is_hex(sub)).then_some(address)
 }
 
-fn mapping_object(kind: Kind, number: u16, parameters: &[u32]) -> Object {
-    let members = (1..=MAX_FIELDS).map(|sub| {
+fn mapping_object(kind: Kind, number: u16, capacity: u8, parameters: &[u32]) -> Object {
+    let members = (1..=capacity).map(|sub| {
         let parameter = parameters.get(usize::from(sub) - 1).copied().unwrap_or(0);
         u32_entry(sub, &format!("Application object {sub}"), Initial::Value(Value::Fixed(parameter.into())))
     });

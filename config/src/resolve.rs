@@ -50,13 +50,13 @@ impl<'r> Resolver<'r> {
         }
         let source = self.sources.get_mut(*name.get_ref())?;
         let default = source.loaded.first()?;
-        let wanted = motor.map_or(default.motor.name.as_str(), |motor| motor.get_ref());
-        if let Some(loaded) = source.loaded.iter().find(|profile| profile.motor.name == wanted) {
+        let Some(motor) = motor else { return Some(Arc::clone(default)) };
+        let wanted = *motor.get_ref();
+        let has_wanted = |profile: &&Arc<Profile>| profile.motor.as_ref().is_some_and(|m| m.name == wanted);
+        if let Some(loaded) = source.loaded.iter().find(has_wanted) {
             return Some(Arc::clone(loaded));
         }
-        if let Some(motor) = motor
-            && !default.motors.iter().any(|known| known == wanted)
-        {
+        if !default.motors.iter().any(|known| known == wanted) {
             report.unknown(&motor.span(), "motor", wanted, default.motors.iter().map(String::as_str));
             return None;
         }

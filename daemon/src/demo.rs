@@ -14,12 +14,9 @@ pub(crate) fn introduction(gateway: &Gateway) -> String {
         let _ = writeln!(text, "Bus {}: virtual, by the socketcand protocol on {address}", bus.name);
         for device in &gateway.devices {
             for place in device.on.iter().filter(|place| place.bus == number) {
-                let (profile, motor) = (&device.profile.name, &device.profile.motor.name);
-                let _ = writeln!(
-                    text,
-                    "  node {}: {}, profile {profile}, motor {motor}",
-                    place.node_id, device.name
-                );
+                let motor = device.profile.motor.as_ref().map(|motor| format!(", motor {}", motor.name));
+                let (profile, motor) = (&device.profile.name, motor.unwrap_or_default());
+                let _ = writeln!(text, "  node {}: {}, profile {profile}{motor}", place.node_id, device.name);
             }
         }
         text += &snippet(&bus.name, address);

@@ -55,6 +55,7 @@ pub struct Device {
 /// One axis with its drive and its place in the dictionary.
 struct Unit {
     slots: Slots,
+    motor: Motor,
     axis: Axis,
     drive: Drive402,
     /// When the next raster step is due; none while the axis is off and at rest.
@@ -73,7 +74,8 @@ impl Device {
             .filter_map(|b| Some((schema.slot(b.address)?, b.axis, b.binding)))
             .collect();
         bound.sort_unstable();
-        let units = (0..profile.axes()).map(|axis| Unit::new(&profile, &schema, axis, now)).collect();
+        let axes = profile.motor.iter().flat_map(|motor| (0..profile.axes()).map(move |axis| (axis, motor)));
+        let units = axes.map(|(axis, motor)| Unit::new(&profile, motor, &schema, axis, now)).collect();
         let dictionary = Dictionary::new(schema, node_id);
         let mut device =
             Self { profile, dictionary, bound, units, events: VecDeque::new(), dropped_steps: 0 };
@@ -116,8 +118,7 @@ impl Device {
         }
         for (number, unit) in (0_u32..).zip(&mut self.units) {
             let is_in = |mask: u8| mask >> number & 1 == 1;
-            let mut context =
-                unit_context(&self.dictionary, &self.profile.motor, &unit.slots, &mut unit.axis);
+            let mut context = unit_context(&self.dictionary, &unit.motor, &unit.slots, &mut unit.axis);
             if is_in(changed) {
                 unit.drive.handle_parameters(&mut context);
             }
@@ -144,8 +145,7 @@ impl Device {
                 }
                 simulated += period;
                 unit.axis.step();
-                let mut context =
-                    unit_context(&self.dictionary, &self.profile.motor, &unit.slots, &mut unit.axis);
+                let mut context = unit_context(&self.dictionary, &unit.motor, &unit.slots, &mut unit.axis);
                 unit.drive.step(&mut context);
                 unit.next = (!unit.axis.is_quiet()).then(|| due + period);
                 has_stepped = true;
@@ -174,8 +174,7 @@ impl Device {
         self.events.clear();
         for unit in &mut self.units {
             unit.reset(&self.profile);
-            let mut context =
-                unit_context(&self.dictionary, &self.profile.motor, &unit.slots, &mut unit.axis);
+            let mut context = unit_context(&self.dictionary, &unit.motor, &unit.slots, &mut unit.axis);
             unit.drive.handle_parameters(&mut context);
             unit.wake(now);
         }
@@ -186,8 +185,7 @@ impl Device {
     /// [`Device::is_quiet`].
     pub fn shut_down(&mut self, now: Instant) {
         for unit in &mut self.units {
-            let mut context =
-                unit_context(&self.dictionary, &self.profile.motor, &unit.slots, &mut unit.axis);
+            let mut context = unit_context(&self.dictionary, &unit.motor, &unit.slots, &mut unit.axis);
             unit.drive.shut_down(&mut context);
             unit.wake(now);
         }
@@ -244,12 +242,12 @@ fn unit_context<'a>(
 }
 
 impl Unit {
-    fn new(profile: &Profile, schema: &Schema, axis: u8, now: Instant) -> Self {
-        let motor = &profile.motor;
+    fn new(profile: &Profile, motor: &Motor, schema: &Schema, axis: u8, now: Instant) -> Self {
         let period = Period::from_nanos(motor.raster_ns).unwrap_or(Period::MILLISECOND);
         let drive = SimulatedServo::new(period, servo(motor));
         Self {
             slots: Slots::new(schema, &profile.bindings, axis),
+            motor: motor.clone(),
             axis: Axis::new(period, crate::cia402::limits_of(motor), Box::new(drive)),
             drive: Drive402::new(profile.dialect),
             next: Some(now + Duration::from_nanos(period.nanos())),

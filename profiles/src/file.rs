@@ -36,10 +36,13 @@ fn read(mut file: Table<'_, '_>, motor: Option<&str>) -> Option<Profile> {
     let dialect = file.word("dialect", dialect, ["cia402", "jvl"]).map(|d| *d.get_ref());
     let motors = motors::read(&mut file, motor);
 
-    let chosen = motors.as_ref().map(|motors| &motors.chosen);
+    let chosen = motors.as_ref().and_then(|motors| motors.chosen.as_ref());
     let mut objects = Objects::default();
     for node in file.get::<Vec<Node>>("object").unwrap_or_default() {
         objects.read(node, chosen, file.report);
+    }
+    if objects.wants_motor && !file.has("motors") {
+        file.require::<Node>("motors");
     }
     let rpdos = pdo::read_all(&mut file, pdo::RECEIVE, &mut objects);
     let tpdos = pdo::read_all(&mut file, pdo::TRANSMIT, &mut objects);

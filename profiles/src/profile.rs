@@ -28,8 +28,8 @@ pub struct Profile {
     pub bindings: Vec<Bound>,
     /// What is only stored so far, in the order of the file.
     pub later: Vec<Later>,
-    /// The chosen motor, the same on every axis.
-    pub motor: Motor,
+    /// The chosen motor, the same on every axis; none if there are no axes.
+    pub motor: Option<Motor>,
     /// Names of all motors there are to choose from, sorted.
     pub motors: Vec<String>,
     /// Number of RPDOs.

@@ -5,6 +5,14 @@ use od::{DataType, Initial, Range, Value};
 use super::reader::{Scalar, Spanned};
 use crate::{Motor, Report, Span};
 
+/// What a default begins with that is a datum of the motor.
+const MOTOR: &str = "$MOTOR.";
+
+/// Whether the default is a datum of the motor.
+pub(super) fn is_motor_datum(default: Scalar<'_>) -> bool {
+    matches!(default, Scalar::Text(text) if text.starts_with(MOTOR))
+}
+
 /// The `default` of an entry of `data_type`; `None` if it does not suit, which is reported, or if it asks for a
 /// motor that could not be read.
 pub(super) fn initial(
@@ -16,7 +24,7 @@ pub(super) fn initial(
     let span = default.span();
     match default.get_ref() {
         Scalar::Text(text) if text.starts_with("$NODEID") => plus_node_id(text, &span, report),
-        Scalar::Text(text) if text.starts_with("$MOTOR.") => {
+        Scalar::Text(text) if text.starts_with(MOTOR) => {
             let number = motor_datum(text, &span, report)?(motor?);
             value(data_type, Scalar::Integer(number.into()), &span, report).map(Initial::Value)
         }
@@ -112,7 +120,7 @@ pub(super) fn number(text: &str) -> Option<u32> {
 
 fn motor_datum(text: &str, span: &Span, report: &mut Report) -> Option<fn(&Motor) -> u32> {
     const KNOWN: [&str; 2] = ["counts_per_revolution", "max_speed_rpm"];
-    match text.strip_prefix("$MOTOR.") {
+    match text.strip_prefix(MOTOR) {
         Some("counts_per_revolution") => Some(|motor| motor.counts_per_revolution),
         Some("max_speed_rpm") => Some(|motor| motor.max_speed_rpm),
         other => {

@@ -1,19 +1,22 @@
-//! The motors of a profile file: `[motors.<name>]` tables and `default_motor`.
+//! The motors of a profile file: `[motors.<name>]` tables and `default_motor`. A device without axes has none.
 
 use super::reader::{Node, Spanned, Table};
 use crate::{Motor, Report};
 
 /// The chosen motor and the names of all.
 pub(super) struct Motors {
-    pub(super) chosen: Motor,
+    pub(super) chosen: Option<Motor>,
     pub(super) names: Vec<String>,
 }
 
 /// Reads all motors and chooses `wanted`, or the default one.
 pub(super) fn read(file: &mut Table<'_, '_>, wanted: Option<&str>) -> Option<Motors> {
     let default = file.get::<Spanned<&str>>("default_motor");
-    let node = file.require::<Node>("motors")?;
-    let tables = node.tables(file.report);
+    let (node, tables) = match file.get::<Node>("motors") {
+        Some(node) => (node.span(), node.tables(file.report)),
+        None if file.has("motors") => return None,
+        None => (file.span(), Vec::new()),
+    };
     let names: Vec<&str> = tables.iter().map(|(name, _)| *name.get_ref()).collect();
     let motors: Vec<Motor> =
         tables.iter().filter_map(|(name, node)| motor(name.get_ref(), node.clone(), file.report)).collect();
@@ -27,15 +30,18 @@ pub(super) fn read(file: &mut Table<'_, '_>, wanted: Option<&str>) -> Option<Mot
     if let Some(name) = wanted
         && !names.contains(&name)
     {
-        file.report.unknown(&node.span(), "motor", name, names.iter().copied());
+        file.report.unknown(&node, "motor", name, names.iter().copied());
     }
     let only = if let [name] = names.as_slice() { Some(*name) } else { None };
-    let Some(name) = wanted.or(default.map(|(_, name)| name)).or(only) else {
-        let help = format!("add `default_motor = ` with one of {}", names.join(", "));
-        file.report.error(&node.span(), "no motor is the default", help);
-        return None;
+    let chosen = match wanted.or(default.map(|(_, name)| name)).or(only) {
+        Some(name) => Some(motors.into_iter().find(|motor| motor.name == name)?),
+        None if !file.has("motors") => None,
+        None => {
+            let help = format!("add `default_motor = ` with one of {}", names.join(", "));
+            file.report.error(&node, "no motor is the default", help);
+            return None;
+        }
     };
-    let chosen = motors.into_iter().find(|motor| motor.name == name)?;
     Some(Motors { chosen, names: names.into_iter().map(str::to_owned).collect() })
 }
 

@@ -23,6 +23,8 @@ pub(super) struct Objects {
     pub(super) spans: HashMap<Address, Span>,
     pub(super) bindings: Vec<Bound>,
     pub(super) later: Vec<Later>,
+    /// Whether some entry is bound to an axis or starts with a datum of its motor.
+    pub(super) wants_motor: bool,
     entries: usize,
 }
 
@@ -159,6 +161,12 @@ impl<'d> Attributes<'d> {
         }
     }
 
+    /// Whether there must be an axis and a motor behind the entry.
+    fn wants_motor(&self) -> bool {
+        let default = self.default.as_ref().map(|default| *default.get_ref());
+        matches!(self.behaviour, Some(Behaviour::Bound(_))) || default.is_some_and(default::is_motor_datum)
+    }
+
     /// These attributes where given, otherwise those of the object.
     fn or(self, object: &Self) -> Self {
         Self {
@@ -270,6 +278,7 @@ impl Builder<'_, '_> {
         let mut entry = Entry::new(sub, name, data_type, attributes.access.unwrap_or(Access::ReadWrite));
         entry.mappable = attributes.pdo.unwrap_or_default();
         entry.range = attributes.range.as_ref().and_then(|bounds| default::range(data_type, bounds, report));
+        self.objects.wants_motor |= attributes.wants_motor();
         if let Some(default) = &attributes.default
             && let Some(initial) = default::initial(data_type, default, self.motor, report)
         {

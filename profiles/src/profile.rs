@@ -71,7 +71,8 @@ pub enum Dialect {
 }
 
 /// The profiles that come with the program: name and text.
-const SHIPPED: [(&str, &str); 2] = [
+const SHIPPED: [(&str, &str); 3] = [
+    ("canopen-reference", include_str!("../devices/canopen-reference.toml")),
     ("cia402-servo", include_str!("../devices/cia402-servo.toml")),
     ("jvl-mac00-fc4", include_str!("../devices/jvl-mac00-fc4.toml")),
 ];

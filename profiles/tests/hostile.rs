@@ -3,8 +3,11 @@
 use profiles::Profile;
 use proptest::prelude::*;
 
-const SHIPPED: [&str; 2] =
-    [include_str!("../devices/jvl-mac00-fc4.toml"), include_str!("../devices/cia402-servo.toml")];
+const SHIPPED: [&str; 3] = [
+    include_str!("../devices/jvl-mac00-fc4.toml"),
+    include_str!("../devices/cia402-servo.toml"),
+    include_str!("../devices/canopen-reference.toml"),
+];
 
 /// Pieces of valid files in any order.
 fn pieces() -> impl Strategy<Value = String> {
@@ -53,7 +56,7 @@ proptest! {
 
     #[test]
     fn any_change_to_a_valid_file_is_read_or_refused(
-        which in 0..2_usize, from in 0.0..1.0, length in 0..30_usize, instead in "[ -~\\n]{0,8}",
+        which in 0..SHIPPED.len(), from in 0.0..1.0, length in 0..30_usize, instead in "[ -~\\n]{0,8}",
     ) {
         let text = SHIPPED[which];
         let start = text.floor_char_boundary((text.len() as f64 * from) as usize);

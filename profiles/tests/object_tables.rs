@@ -104,6 +104,9 @@ fn the_documented_objects_are_those_of_the_profiles() {
 fn every_writable_motion_object_is_bound_or_marked() {
     for name in Profile::names() {
         let profile = Profile::embedded(name, None).unwrap().unwrap();
+        if profile.axes() == 0 {
+            continue;
+        }
         let silent: Vec<String> = profile
             .application
             .entries()

@@ -1,5 +1,6 @@
 //! The shipped profiles.
 
+use od::{Access, Address, DataType, Initial, Mappable, Value};
 use profiles::{Binding, Profile};
 
 fn shipped(name: &str) -> Profile {
@@ -11,10 +12,10 @@ fn every_shipped_profile_loads_with_every_motor() {
     for name in Profile::names() {
         let default = shipped(name);
         assert_eq!(default.name, name);
-        assert_eq!(default.axes(), 1);
+        assert_eq!(default.axes(), u8::from(name != "canopen-reference"));
         for motor in &default.motors {
             let profile = Profile::embedded(name, Some(motor)).unwrap().unwrap();
-            assert_eq!(&profile.motor.name, motor);
+            assert_eq!(profile.motor.map(|chosen| chosen.name).as_ref(), Some(motor));
         }
     }
     assert!(Profile::embedded("warp-drive", None).is_none());
@@ -69,4 +70,59 @@ fn the_data_sheet_names_vendor_product_and_every_object() {
     for line in lines {
         assert!(sheet.lines().any(|l| l == line), "{line}");
     }
+}
+
+#[test]
+fn the_reference_device_has_every_type_access_and_direction() {
+    let profile = shipped("canopen-reference");
+    assert!(profile.motor.is_none() && profile.motors.is_empty());
+    let entries: Vec<_> = profile.application.entries().map(|(_, entry)| entry).collect();
+    for data_type in DataType::ALL {
+        let writable = entries.iter().find(|e| e.data_type == *data_type && e.access == Access::ReadWrite);
+        let mappable = writable.map(|e| e.mappable == Mappable::Both);
+        assert_eq!(mappable, Some(data_type.bits().is_some()), "{data_type}");
+    }
+    for access in [Access::Const, Access::ReadOnly, Access::ReadWrite, Access::WriteOnly] {
+        assert!(entries.iter().any(|e| e.access == access), "{}", access.name());
+    }
+    for mappable in [Mappable::No, Mappable::Receive, Mappable::Transmit, Mappable::Both] {
+        assert!(entries.iter().any(|e| e.mappable == mappable), "{mappable:?}");
+    }
+    assert_eq!((profile.rpdos, profile.tpdos), (8, 8));
+}
+
+#[test]
+fn a_device_without_an_axis_has_no_motor_and_one_with_an_axis_needs_one() {
+    let head = "name = \"a\"\ndescription = \"b\"\nvendor = \"c\"\nproduct = \"d\"\n";
+    let object =
+        |more: &str| format!("{head}object = [{{ index = 0x2000, name = \"x\", type = \"U16\"{more} }}]");
+    assert_eq!(Profile::parse("text", &object(""), None).unwrap().axes(), 0);
+    for more in [", bind = \"controlword\"", ", default = \"$MOTOR.max_speed_rpm\""] {
+        let wrong = Profile::parse("text", &object(more), None).unwrap_err().to_string();
+        assert!(wrong.contains("`motors` is missing"), "{wrong}");
+    }
+    let wrong = Profile::parse("text", &object(""), Some("mac140")).unwrap_err().to_string();
+    assert!(wrong.contains("unknown motor `mac140`"), "{wrong}");
+}
+
+#[test]
+fn a_run_of_pdos_counts_its_numbers_and_cob_ids() {
+    let text = "name = \"a\"\ndescription = \"b\"\nvendor = \"c\"\nproduct = \"d\"\n\
+                rpdo = [{ number = 1, last = 3, map = [] }, { number = 4, last = 512, cob_id = 0x20000400, map = [] }]\n\
+                tpdo = [{ number = 3, last = 6, capacity = 64, map = [] }]";
+    let profile = Profile::parse("text", text, None).unwrap();
+    assert_eq!((profile.rpdos, profile.tpdos), (512, 4));
+    let initial = |index, sub| {
+        let slot = profile.communication.slot(Address::new(index, sub))?;
+        profile.communication.entry(slot).map(|entry| entry.initial.clone())
+    };
+    let fixed = |raw| Some(Initial::Value(Value::Fixed(raw)));
+    assert_eq!(initial(0x1402, 1), Some(Initial::PlusNodeId(0x400)));
+    assert_eq!(initial(0x1403, 1), fixed(0x2000_0400));
+    assert_eq!(initial(0x15FF, 1), fixed(0x2000_05FC));
+    assert_eq!(initial(0x1803, 1), Some(Initial::PlusNodeId(0x4000_0480)));
+    assert_eq!(initial(0x1804, 1), fixed(0xC000_0000));
+    assert_eq!((initial(0x1A05, 64), initial(0x17FF, 8)), (fixed(0), fixed(0)));
+    let wrong = Profile::parse("text", &text.replace("last = 6", "last = 2"), None).unwrap_err().to_string();
+    assert!(wrong.contains("write a number from 3 to 512"), "{wrong}");
 }

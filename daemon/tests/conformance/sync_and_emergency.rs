@@ -1,0 +1,58 @@
+//! 5.1-5.6: emergencies; 6.1-6.10: SYNC.
+
+use od::AbortCode;
+
+use crate::tool::Tool;
+
+#[test]
+fn cct_5_01_the_emergency_cob_id_is_that_of_the_pre_defined_connection_set() {
+    assert_eq!(Tool::new().number(0x1014, 0), 0x81);
+}
+
+#[test]
+fn cct_5_02_at_first_there_is_no_error() {
+    assert_eq!(Tool::new().number(0x1001, 0), 0);
+}
+
+#[test]
+fn cct_5_03_at_first_the_history_is_empty() {
+    let mut tool = Tool::new();
+    assert_eq!((tool.number(0x1003, 0), tool.read(0x1003, 1)), (0, Err(AbortCode::NoData)));
+}
+
+/// The device after an RPDO that is too short.
+fn with_error() -> Tool {
+    let mut tool = Tool::new();
+    tool.send("000#0101");
+    assert_eq!(tool.send("201#07"), ["081#1082110100010000"]);
+    tool
+}
+
+#[test]
+fn cct_5_04_an_error_is_told_by_an_emergency_message() {
+    with_error();
+}
+
+#[test]
+fn cct_5_05_an_error_stands_in_the_error_register() {
+    assert_eq!(with_error().number(0x1001, 0), 0x11);
+}
+
+#[test]
+fn cct_5_06_an_error_stands_in_the_history() {
+    let mut tool = with_error();
+    assert_eq!((tool.number(0x1003, 0), tool.number(0x1003, 1) & 0xFFFF), (1, 0x8210));
+}
+
+#[test]
+fn cct_6_01_the_sync_cob_id_is_that_of_the_pre_defined_connection_set() {
+    assert_eq!(Tool::new().number(0x1005, 0), 0x80);
+}
+
+#[test]
+fn cct_6_03_there_are_as_many_tpdos_as_the_syncs_make() {
+    let mut tool = Tool::with_tpdo(4, 0);
+    tool.send("000#0101");
+    let sent: usize = (0..1000).map(|_| tool.send("080#").len()).sum();
+    assert_eq!(sent, 250);
+}

@@ -1,4 +1,5 @@
 //! A core on virtual time, seen from its links.
+#![allow(dead_code, reason = "every test file uses a part of it")]
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,7 +21,16 @@ pub(crate) struct Bench {
 impl Bench {
     /// Devices with the given nodes, started; their boot-up messages are taken.
     pub(crate) fn new(devices: &[&[(u16, u8)]]) -> Self {
-        let mut bench = Self::silent(devices);
+        Self::silent(devices).started()
+    }
+
+    /// The same with devices of this profile.
+    pub(crate) fn of(profile: &Arc<Profile>, devices: &[&[(u16, u8)]]) -> Self {
+        Self::built(profile, devices).started()
+    }
+
+    fn started(self) -> Self {
+        let mut bench = self;
         for link in 0..2 {
             bench.core.start(bench.now, LinkId(link));
         }
@@ -30,9 +40,12 @@ impl Bench {
 
     /// The same, not started.
     pub(crate) fn silent(devices: &[&[(u16, u8)]]) -> Self {
-        let profile = Arc::new(Profile::embedded("jvl-mac00-fc4", None).unwrap().unwrap());
+        Self::built(&Arc::new(Profile::embedded("jvl-mac00-fc4", None).unwrap().unwrap()), devices)
+    }
+
+    fn built(profile: &Arc<Profile>, devices: &[&[(u16, u8)]]) -> Self {
         let plan = |nodes: &&[(u16, u8)]| Plan {
-            profile: Arc::clone(&profile),
+            profile: Arc::clone(profile),
             nodes: nodes.iter().map(|(link, node_id)| (LinkId(*link), *node_id)).collect(),
         };
         let plans: Vec<Plan> = devices.iter().map(plan).collect();
@@ -108,7 +121,7 @@ impl Bench {
 }
 
 /// A frame as `candump -L` shows it.
-fn parse(text: &str) -> Frame {
+pub(crate) fn parse(text: &str) -> Frame {
     let (id, data) = text.split_once('#').unwrap();
     let number = u32::from_str_radix(id, 16).unwrap();
     let id = if id.len() == 8 { Id::Extended(number) } else { Id::Standard(number as u16) };

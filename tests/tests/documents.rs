@@ -22,19 +22,62 @@ fn sources(name: &str, file: &str) -> String {
     files.filter_map(|f| fs::read_to_string(f.ok()?.path()).ok()).collect()
 }
 
-#[test]
-fn every_test_that_the_conformance_matrix_names_exists() {
-    let matrix = read("docs/conformance.md");
-    let mut named = 0;
-    for reference in matrix.split('`').skip(1).step_by(2) {
+/// The tests that `document` names as `crate/file::test`, all of which have to exist.
+fn named_tests(document: &str) -> Vec<String> {
+    let text = read(document);
+    let mut named = Vec::new();
+    for reference in text.split('`').skip(1).step_by(2) {
         let Some((place, test)) = reference.split_once("::") else { continue };
         let (name, file) =
             place.split_once('/').unwrap_or_else(|| panic!("`{reference}` is not crate/file::test"));
         let found = sources(name, file).contains(&format!("fn {test}("));
-        assert!(found, "docs/conformance.md names `{reference}`, which does not exist");
-        named += 1;
+        assert!(found, "{document} names `{reference}`, which does not exist");
+        named.push(test.to_owned());
     }
+    named
+}
+
+#[test]
+fn every_test_that_the_conformance_matrix_names_exists() {
+    let named = named_tests("docs/conformance.md").len();
     assert!(named > 50, "the matrix names only {named} tests");
+}
+
+#[test]
+fn every_case_of_the_conformance_tool_has_its_test_or_a_reason() {
+    const DOCUMENT: &str = "docs/conformance-tool.md";
+    let text = read(DOCUMENT);
+    let rows = text.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| No "));
+    let mut numbers = Vec::new();
+    for row in rows {
+        let [_, number, _, _, status, reason, _] = row.split('|').map(str::trim).collect::<Vec<_>>()[..]
+        else {
+            panic!("not five columns: {row}");
+        };
+        let (group, case): (u16, u16) = number
+            .split_once('.')
+            .map(|(group, case)| (group.parse().unwrap(), case.parse().unwrap()))
+            .unwrap();
+        let is_proven = reason.starts_with('`') && reason.ends_with('`') && reason.contains("::");
+        // A test of several cases names them all; the EDS is judged by a peer.
+        let is_its_own = reason.contains(&format!("{group}_{case:02}_")) || group == 1;
+        match status {
+            "passed" => assert!(is_proven && is_its_own, "{row}"),
+            "not applicable" | "later" => assert!(!is_proven && !reason.is_empty(), "{row}"),
+            _ => panic!("unknown status: {row}"),
+        }
+        numbers.push((group, case));
+    }
+    assert!(numbers.is_sorted(), "the cases are in order");
+    numbers.dedup();
+    assert_eq!(numbers.len(), 127);
+
+    let named = named_tests(DOCUMENT);
+    let all = sources("daemon", "conformance");
+    let tests = all.split("fn cct_").skip(1).filter_map(|rest| rest.split_once('(')).map(|(name, _)| name);
+    for test in tests {
+        assert!(named.contains(&format!("cct_{test}")), "{DOCUMENT} does not name cct_{test}");
+    }
 }
 
 #[test]

@@ -97,6 +97,29 @@ fn the_lines_that_the_demo_offers_to_try_work() {
 }
 
 #[test]
+fn a_megabyte_goes_down_and_up_by_block_transfer() {
+    let port = free_port();
+    let _daemon = Daemon::start(&config(Bus::Socketcand(port), &[("node1", "canopen-reference", 1)]));
+
+    let log = Master::at(port, "canopen-reference").run("reference", &["block"]);
+
+    assert_eq!(log, "1000000 bytes down and up\n");
+}
+
+#[test]
+fn a_bus_with_as_many_nodes_as_there_are_ids_boots_and_answers() {
+    let port = free_port();
+    let names: Vec<String> = (1..=127).map(|id| format!("node{id}")).collect();
+    let devices: Vec<_> =
+        names.iter().map(String::as_str).zip(1..).map(|(n, id)| (n, "canopen-reference", id)).collect();
+    let _daemon = Daemon::start(&config(Bus::Socketcand(port), &devices));
+
+    let log = Master::at(port, "canopen-reference").run("reference", &["many"]);
+
+    assert_eq!(log, "127 boot-up messages\n127 answers\n");
+}
+
+#[test]
 fn a_taken_port_is_a_clear_error() {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("bind to any port");
     let address = listener.local_addr().expect("a bound socket has an address").to_string();

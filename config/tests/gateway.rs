@@ -56,6 +56,8 @@ fn every_example_loads() {
     let vcan0 = load_plainly(include_str!("../examples/vcan0.toml"));
     assert_eq!(vcan0.buses[0].link, Link::SocketCan("vcan0".to_owned()));
     assert_eq!(vcan0.devices[1].profile.motor.as_ref().unwrap().name, "mac800");
+    let reference = load_plainly(include_str!("../examples/reference.toml"));
+    assert_eq!(reference.devices[0].profile.axes(), 0);
     let two = load_plainly(include_str!("../examples/two-buses.toml"));
     let clamp = [Attachment { bus: 0, node_id: 5 }, Attachment { bus: 1, node_id: 5 }];
     assert_eq!(two.devices[2].on, clamp);

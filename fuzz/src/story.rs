@@ -14,6 +14,8 @@ const SDO_ANSWER: Id = Id::Standard(0x580 + NODE_ID as u16);
 const ERROR_CONTROL: Id = Id::Standard(0x700 + NODE_ID as u16);
 /// Frames that one event may lead to: a block of an SDO upload, 32 TPDOs, 16 emergency messages and some single ones.
 const MOST_AT_ONCE: usize = 127 + 32 + 16 + 8;
+/// Deadlines that are served in one step: a SYNC may be produced in every microsecond.
+const MOST_DEADLINES: usize = 1000;
 
 /// Tells a story to a node of the profile that its first byte chooses.
 pub fn tell(story: &[u8]) {
@@ -117,13 +119,14 @@ impl Stage {
         self.settle();
     }
 
-    /// Lets time pass and serves every deadline in it.
+    /// Lets time pass and serves the deadlines in it, as far as there are not too many.
     fn pass(&mut self, time: Duration) {
         let end = self.now + time;
-        while let Some(deadline) = self.deadline().filter(|deadline| *deadline <= end) {
+        for _ in 0..MOST_DEADLINES {
+            let Some(deadline) = self.deadline().filter(|deadline| *deadline <= end) else { break };
             self.now = self.now.max(deadline);
             self.device.advance(self.now);
-            self.node.handle_timeout(self.now);
+            self.node.handle_timeout(self.now, self.device.dictionary_mut());
             self.settle();
             assert!(self.deadline().is_none_or(|next| next > self.now), "a deadline that is not to come");
         }
@@ -154,7 +157,7 @@ impl Stage {
         let is_legal = match frame.id {
             SDO_ANSWER => frame.len() == 8,
             ERROR_CONTROL => matches!(frame.payload(), [0x00 | 0x04 | 0x05 | 0x7F]),
-            _ => self.is_emcy(frame) || self.is_tpdo(frame),
+            _ => self.is_emcy(frame) || self.is_tpdo(frame) || self.is_sync(frame),
         };
         assert!(is_legal, "{frame} in {:?}", self.node.state());
     }
@@ -162,6 +165,12 @@ impl Stage {
     fn is_emcy(&self, frame: &Frame) -> bool {
         let cob_id = CobId(raw(self.node.communication(), 0x1014, 0));
         cob_id.is_valid() && cob_id.id() == frame.id && frame.len() == 8
+    }
+
+    fn is_sync(&self, frame: &Frame) -> bool {
+        const GENERATES: u32 = 1 << 30;
+        let cob_id = CobId(raw(self.node.communication(), 0x1005, 0));
+        cob_id.0 & GENERATES != 0 && cob_id.id() == frame.id && frame.len() <= 1
     }
 
     fn is_tpdo(&self, frame: &Frame) -> bool {

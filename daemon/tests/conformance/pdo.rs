@@ -105,6 +105,29 @@ fn cct_3_07_an_acyclic_tpdo_goes_with_the_sync_after_a_change() {
     );
 }
 
+/// The device with a TPDO that goes with every SYNC from the one with counter 3 on.
+fn with_start_value() -> Tool {
+    let mut tool = Tool::with_tpdo(1, 0);
+    let cob_id = tool.invalidate(0x1800);
+    tool.write(0x1800, 6, &[3]).unwrap();
+    tool.write(0x1800, 1, &cob_id.to_le_bytes()).unwrap();
+    tool.write(0x1019, 0, &[10]).unwrap();
+    tool
+}
+
+#[test]
+fn cct_3_08_a_cyclic_tpdo_waits_for_its_sync_start_value() {
+    with_start_value().talk(
+        "> 000#0101
+         > 080#01
+         > 080#02
+         > 080#03
+         < 181#0000000000000000
+         > 080#04
+         < 181#0000000000000000",
+    );
+}
+
 /// What makes a TPDO of each kind go in OPERATIONAL makes none in this state, which `command` leads to.
 fn stays_silent(transmission: u8, event_timer: u16, command: &str) {
     let mut tool = Tool::with_tpdo(transmission, event_timer);
@@ -148,6 +171,15 @@ fn cct_3_13_a_stopped_device_sends_no_acyclic_tpdo() {
 }
 
 #[test]
+fn cct_3_14_a_stopped_device_sends_no_tpdo_with_a_sync_start_value() {
+    let mut tool = with_start_value();
+    tool.send("000#0101");
+    for frame in [STOP, "080#03", "080#04"] {
+        assert_eq!(tool.send(frame), [""; 0]);
+    }
+}
+
+#[test]
 fn cct_3_15_a_pre_operational_device_answers_no_request() {
     stays_silent(ON_REQUEST, 0, ENTER_PRE_OPERATIONAL);
 }
@@ -170,6 +202,15 @@ fn cct_3_18_a_pre_operational_device_sends_no_cyclic_tpdo() {
 #[test]
 fn cct_3_19_a_pre_operational_device_sends_no_acyclic_tpdo() {
     stays_silent(ACYCLIC, 0, ENTER_PRE_OPERATIONAL);
+}
+
+#[test]
+fn cct_3_20_a_pre_operational_device_sends_no_tpdo_with_a_sync_start_value() {
+    let mut tool = with_start_value();
+    tool.send("000#0101");
+    for frame in [ENTER_PRE_OPERATIONAL, "080#03", "080#04"] {
+        assert_eq!(tool.send(frame), [""; 0]);
+    }
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! Stored parameters in the core, on virtual time.
 
-#[allow(dead_code, reason = "shared by several test files")]
 mod common;
 
 use std::time::Duration;

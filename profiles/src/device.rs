@@ -192,6 +192,17 @@ impl Device {
         self.publish();
     }
 
+    /// Lets every axis react to the loss of its master, as its 0x6007 says.
+    pub fn connection_lost(&mut self, now: Instant) {
+        for unit in &mut self.units {
+            let mut context =
+                unit_context(&self.dictionary, &self.profile.motor, &unit.slots, &mut unit.axis);
+            unit.drive.connection_lost(&mut context);
+            unit.wake(now);
+        }
+        self.publish();
+    }
+
     /// Whether all axes are off and at rest.
     #[must_use]
     pub fn is_quiet(&self) -> bool {

@@ -125,6 +125,23 @@ impl Drive402 {
         }
     }
 
+    /// Reacts to a lost connection as 0x6007 says (IEC 61800-7-201), if it operates or is about to. A drive without
+    /// that object stops, too.
+    pub(crate) fn connection_lost(&mut self, context: &mut Context<'_>) {
+        if self.is_shutting_down || !(self.state == State::OperationEnabled || self.is_enabling) {
+            return;
+        }
+        match context.parameters.or(Binding::AbortConnectionOption, 3) {
+            0 => {}
+            1 => {
+                self.perform(Transition::FaultOccurred, context);
+                self.fault = Some(Fault::connection_lost(self.dialect));
+            }
+            2 => self.obey(Command::DisableVoltage, context),
+            _ => self.obey(Command::QuickStop, context),
+        }
+    }
+
     /// 0x6041.
     pub(crate) fn statusword(&self, parameters: Parameters<'_>, axis: &Axis) -> Statusword {
         let mut word = Statusword::of(self.state);

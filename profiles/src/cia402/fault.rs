@@ -18,12 +18,23 @@ pub struct Fault {
 const CURRENT: u8 = 1 << 1;
 const VOLTAGE: u8 = 1 << 2;
 const TEMPERATURE: u8 = 1 << 3;
+const COMMUNICATION: u8 = 1 << 4;
 const PROFILE: u8 = 1 << 5;
 
 impl Fault {
     /// The fault of an axis in the words of `dialect`.
     pub(crate) fn new(fault: axis::Fault, dialect: Dialect) -> Self {
         let (code, register) = standard(fault);
+        Self::told(code, register, dialect)
+    }
+
+    /// The master is gone, and 0x6007 calls that a fault.
+    pub(crate) fn connection_lost(dialect: Dialect) -> Self {
+        const GENERIC_COMMUNICATION: u16 = 0x8100;
+        Self::told(GENERIC_COMMUNICATION, COMMUNICATION, dialect)
+    }
+
+    fn told(code: u16, register: u8, dialect: Dialect) -> Self {
         match dialect {
             Dialect::Cia402 => Self { code, register, detail: [0; 5] },
             // "Generic error - Motor error", whatever it is (module manual, section 4.3.18).

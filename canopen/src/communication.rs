@@ -24,6 +24,10 @@ pub(crate) const COB_ID_TIME: u16 = 0x1012;
 pub(crate) const COB_ID_EMCY: u16 = 0x1014;
 /// Pre-defined error field.
 pub(crate) const ERROR_FIELD: u16 = 0x1003;
+/// Guard time, in ms.
+pub(crate) const GUARD_TIME: u16 = 0x100C;
+/// Life time factor.
+pub(crate) const LIFE_TIME_FACTOR: u16 = 0x100D;
 /// EMCY inhibit time, in 100 us.
 pub(crate) const INHIBIT_TIME_EMCY: u16 = 0x1015;
 /// Store parameters.
@@ -32,10 +36,18 @@ pub(crate) const STORE_PARAMETERS: u16 = 0x1010;
 pub(crate) const RESTORE_PARAMETERS: u16 = 0x1011;
 /// Verify configuration.
 pub(crate) const VERIFY_CONFIGURATION: u16 = 0x1020;
+/// Heartbeat consumer times, by producer.
+pub(crate) const HEARTBEAT_CONSUMER: u16 = 0x1016;
 /// Heartbeat producer time, in ms.
 pub(crate) const HEARTBEAT_PRODUCER: u16 = 0x1017;
 /// Synchronous counter overflow value.
 pub(crate) const SYNC_COUNTER_OVERFLOW: u16 = 0x1019;
+/// EMCY COB-IDs of others, by Node-ID.
+pub(crate) const EMCY_CONSUMER: u16 = 0x1028;
+/// What errors do to the NMT state.
+pub(crate) const ERROR_BEHAVIOUR: u16 = 0x1029;
+/// NMT startup (CiA 302-2).
+pub(crate) const NMT_STARTUP: u16 = 0x1F80;
 /// Error register.
 pub(crate) const ERROR_REGISTER: u16 = 0x1001;
 /// Communication parameters of RPDO 1.
@@ -57,6 +69,16 @@ pub(crate) fn parameter(dictionary: &Dictionary, index: u16, sub: u8) -> u64 {
 /// The COB-ID parameter `index`, if the profile has it.
 pub(crate) fn cob_id(dictionary: &Dictionary, index: u16) -> Option<CobId> {
     dictionary.find(Address::new(index, 0)).ok().map(|slot| CobId(dictionary.raw(slot) as u32))
+}
+
+/// The nodes whose emergencies this node listens to, with their COB-IDs: the sub-index is the Node-ID
+/// (CiA 301 v4.2, section 7.5.2.25).
+pub(crate) fn emcy_producers(dictionary: &Dictionary) -> impl Iterator<Item = (u8, CobId)> {
+    let cob_id = |producer| {
+        let slot = dictionary.find(Address::new(EMCY_CONSUMER, producer)).ok()?;
+        Some((producer, CobId(dictionary.raw(slot) as u32)))
+    };
+    (1..=127).filter_map(cob_id).filter(|(_, cob_id)| cob_id.is_valid())
 }
 
 /// Both dictionaries of a device, as an SDO client sees them: one.

@@ -30,10 +30,10 @@ bitflags! {
     }
 }
 
-/// An error condition of the device.
+/// An error condition of this device or another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Emergency {
-    /// Emergency error code, never zero.
+    /// Emergency error code. Zero only comes from others: an error of theirs is over.
     pub code: u16,
     /// Bits of the error register that it sets, beside `GENERIC`.
     pub register: ErrorRegister,
@@ -48,6 +48,14 @@ impl Emergency {
     pub(crate) const PDO_TOO_LONG: u16 = 0x8220;
     /// A SYNC had an unexpected length.
     pub(crate) const SYNC_LENGTH: u16 = 0x8240;
+    /// The CAN controller is error passive.
+    pub(crate) const ERROR_PASSIVE: u16 = 0x8120;
+    /// A heartbeat or a guarding request was missing.
+    pub(crate) const LIFE_GUARD: u16 = 0x8130;
+    /// The CAN controller was off the bus.
+    pub(crate) const BUS_OFF: u16 = 0x8140;
+    /// An RPDO was missing.
+    pub(crate) const RPDO_TIMEOUT: u16 = 0x8250;
 
     /// A communication error with the given code and detail.
     pub(crate) fn communication(code: u16, detail: [u8; 5]) -> Self {
@@ -56,7 +64,28 @@ impl Emergency {
 
     /// Whether it came from the node, not from the device behind it.
     fn is_of_this_node(&self) -> bool {
-        matches!(self.code, Self::PDO_TOO_SHORT | Self::PDO_TOO_LONG | Self::SYNC_LENGTH)
+        matches!(
+            self.code,
+            Self::PDO_TOO_SHORT
+                | Self::PDO_TOO_LONG
+                | Self::SYNC_LENGTH
+                | Self::ERROR_PASSIVE
+                | Self::LIFE_GUARD
+                | Self::BUS_OFF
+                | Self::RPDO_TIMEOUT
+        )
+    }
+
+    /// Whether it is the same error. Of those that several others may cause, each has its own.
+    fn is(&self, other: &Self) -> bool {
+        let is_by_cause = matches!(self.code, Self::LIFE_GUARD | Self::RPDO_TIMEOUT);
+        self.code == other.code && (!is_by_cause || self.detail == other.detail)
+    }
+
+    /// The message of another device.
+    pub(crate) fn decode([low, high, register, detail @ ..]: [u8; 8]) -> Self {
+        let register = ErrorRegister::from_bits_retain(register);
+        Self { code: u16::from_le_bytes([low, high]), register, detail }
     }
 }
 
@@ -76,7 +105,7 @@ pub(crate) struct Producer {
 impl Producer {
     /// Notes an error. It is told once, until [`Producer::clear`] ends it.
     pub(crate) fn raise(&mut self, communication: &mut Dictionary, emergency: Emergency) {
-        let is_known = self.active.iter().any(|a| a.code == emergency.code);
+        let is_known = self.active.iter().any(|a| a.is(&emergency));
         if is_known || self.active.len() == MAX_ACTIVE {
             return;
         }
@@ -87,8 +116,17 @@ impl Producer {
 
     /// Ends the error `code`, if it stands.
     pub(crate) fn clear(&mut self, communication: &mut Dictionary, code: u16) {
+        self.end_all(communication, |a| a.code == code);
+    }
+
+    /// Ends this one error, if it stands.
+    pub(crate) fn end(&mut self, communication: &mut Dictionary, emergency: Emergency) {
+        self.end_all(communication, |a| a.is(&emergency));
+    }
+
+    fn end_all(&mut self, communication: &mut Dictionary, is_over: impl Fn(&Emergency) -> bool) {
         let before = self.active.len();
-        self.active.retain(|a| a.code != code);
+        self.active.retain(|a| !is_over(a));
         if self.active.len() < before {
             self.announce(communication, 0, [0; 5]);
         }

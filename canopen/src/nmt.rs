@@ -15,6 +15,13 @@ pub enum NmtState {
 }
 
 impl NmtState {
+    /// The state in a heartbeat; that of a boot-up message is [`NmtState::Initialising`].
+    pub(crate) fn decode(payload: &[u8]) -> Option<Self> {
+        let all = [Self::Initialising, Self::Stopped, Self::Operational, Self::PreOperational];
+        let [byte] = *payload else { return None };
+        all.into_iter().find(|state| *state as u8 == byte)
+    }
+
     /// Whether SDO, SYNC, TIME and EMCY are served.
     #[must_use]
     pub const fn communicates(self) -> bool {

@@ -2,6 +2,7 @@
 
 mod services;
 mod storage;
+mod supervision;
 mod timing;
 
 use std::collections::VecDeque;
@@ -16,6 +17,8 @@ use crate::cob_id::NMT_ERROR_CONTROL;
 use crate::communication::{self as objects, parameter};
 use crate::deadline;
 use crate::emcy::Producer;
+use crate::guarding::Guard;
+use crate::heartbeat::Consumer;
 use crate::pdo::{Occasion, Pdos, Tpdo};
 use crate::sdo::Connections;
 use crate::sync::Sync;
@@ -24,6 +27,8 @@ use services::Service;
 use storage::Storage;
 
 pub use storage::Order;
+
+pub use supervision::{BusState, Cause};
 
 /// What the owner of a node is to act on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +43,15 @@ pub enum Event {
     Time,
     /// Parameters are to be stored or no longer stored; [`Node::stored`] tells how that went.
     Storage(Order),
+    /// Somebody whom this node supervises is not there any more.
+    ConnectionLost(Cause),
+    /// Another node tells an error (0x1028).
+    Emergency {
+        /// The Node-ID that 0x1028 knows it by.
+        producer: u8,
+        /// What it tells.
+        emergency: Emergency,
+    },
 }
 
 /// Why a profile cannot become a node.
@@ -69,6 +83,8 @@ pub struct Counters {
     pub refused_rpdos: u64,
     /// Frames dropped because nobody sent those that were waiting.
     pub dropped: u64,
+    /// Emergencies of others dropped because nobody took those that were waiting.
+    pub dropped_events: u64,
 }
 
 /// Frames that may wait to be sent.
@@ -87,6 +103,9 @@ pub struct Node {
     emcy: Producer,
     pdos: Pdos,
     heartbeat: Option<Instant>,
+    consumer: Consumer,
+    guard: Guard,
+    bus_state: BusState,
     sync: Sync,
     network_time: Option<(Instant, TimeOfDay)>,
     sampled_revision: u64,
@@ -123,6 +142,9 @@ impl Node {
             storage: Storage::default(),
             emcy: Producer::default(),
             heartbeat: None,
+            consumer: Consumer::default(),
+            guard: Guard::default(),
+            bus_state: BusState::Active,
             sync: Sync::default(),
             network_time: None,
             communication,
@@ -180,6 +202,7 @@ impl Node {
 
     /// Does what is due at `now`. A SYNC of this node's own lets its RPDOs act, as one of another node does.
     pub fn handle_timeout(&mut self, now: Instant, application: &mut Dictionary) {
+        self.supervise(now);
         self.produce_sync(now, application);
         let Self { sdo, outbox, counters, .. } = self;
         sdo.handle_timeout(now).for_each(|frame| queue(outbox, counters, frame));
@@ -195,17 +218,26 @@ impl Node {
         let revision = application.revision();
         let has_changed = core::mem::replace(&mut self.sampled_revision, revision) != revision;
         let occasion = Occasion { tick: self.sync.take(now, &self.communication), has_changed };
-        while self.state.communicates()
-            && let Some(frame) = self.emcy.poll(now, &self.communication)
-        {
-            self.send(frame);
-        }
+        self.send_emergencies(now);
         if self.state == NmtState::Operational {
             let Self { pdos, outbox, counters, .. } = self;
             for frame in pdos.transmit.iter_mut().filter_map(|t| t.poll(now, application, occasion)) {
                 queue(outbox, counters, frame);
             }
         }
+    }
+
+    /// Sends the emergencies that may be sent now.
+    fn send_emergencies(&mut self, now: Instant) {
+        while self.tells_emergencies()
+            && let Some(frame) = self.emcy.poll(now, &self.communication)
+        {
+            self.send(frame);
+        }
+    }
+
+    fn tells_emergencies(&self) -> bool {
+        self.state.communicates() && self.bus_state != BusState::Off
     }
 
     /// Notes an error of the device: EMCY, error register and history tell it once.
@@ -222,9 +254,10 @@ impl Node {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         let tpdos = self.pdos.transmit.iter().filter(|_| self.state == NmtState::Operational);
-        let emcy = self.emcy.poll_timeout().filter(|_| self.state.communicates());
-        let timers = [self.sync.poll_timeout(), self.sdo.poll_timeout(), self.heartbeat, emcy];
-        timers.into_iter().chain(tpdos.map(Tpdo::poll_timeout)).flatten().min()
+        let emcy = self.emcy.poll_timeout().filter(|_| self.tells_emergencies());
+        let services = [self.sync.poll_timeout(), self.sdo.poll_timeout(), emcy];
+        let timers = services.into_iter().chain([self.heartbeat, self.supervision_timeout()]);
+        timers.chain(tpdos.map(Tpdo::poll_timeout)).flatten().min()
     }
 
     /// The next frame to send.
@@ -237,12 +270,16 @@ impl Node {
         self.events.pop_front()
     }
 
-    /// Initialisation (CiA 301 v4.2, section 7.3.2.2.1): power-on values, boot-up, PRE-OPERATIONAL.
+    /// Initialisation (CiA 301 v4.2, section 7.3.2.2.1): power-on values, boot-up, PRE-OPERATIONAL, and OPERATIONAL if
+    /// the node starts itself.
     fn boot(&mut self, now: Instant, application: &Schema) {
         self.communication.reset();
         self.sdo.reset();
         self.storage.restart();
         self.emcy.restart(&mut self.communication);
+        self.tell_passive();
+        self.consumer.reload_all(&self.communication);
+        self.guard = Guard::default();
         self.outbox.clear();
         self.sync = Sync::default();
         self.network_time = None;
@@ -253,6 +290,9 @@ impl Node {
         self.state = NmtState::Initialising;
         self.enter(now, NmtState::PreOperational);
         self.start_heartbeat(now);
+        if is_self_starting(&self.communication) {
+            self.enter(now, NmtState::Operational);
+        }
     }
 
     fn enter(&mut self, now: Instant, state: NmtState) {
@@ -294,6 +334,11 @@ impl Node {
     fn send(&mut self, frame: Frame) {
         queue(&mut self.outbox, &mut self.counters, frame);
     }
+}
+
+/// Whether 0x1F80 says that this device, no NMT master, starts itself: bit 3 set, bit 2 not (CiA 302-2).
+fn is_self_starting(communication: &Dictionary) -> bool {
+    parameter(communication, objects::NMT_STARTUP, 0) == 1 << 3
 }
 
 fn queue(outbox: &mut VecDeque<Frame>, counters: &mut Counters, frame: Frame) {

@@ -42,6 +42,7 @@ impl Pdos {
         for rpdo in &mut self.receive {
             rpdo.reload(communication, application);
             rpdo.reception = Reception::Good;
+            rpdo.watch.stop();
         }
         self.transmit.iter_mut().for_each(|t| t.reload(now, communication, application));
     }
@@ -63,6 +64,23 @@ impl Pdos {
         let transmit = self.transmit.iter_mut().filter(|t| is_meant(&t.parameters));
         transmit.for_each(|t| t.reload(now, communication, application));
         true
+    }
+
+    /// Ends the supervision of the RPDO that the object `index` belongs to. Returns its number if that ends an error.
+    pub(crate) fn acquit(&mut self, index: u16) -> Option<u16> {
+        let record = Record::at(index).filter(|record| record.direction == Direction::Receive)?;
+        let rpdo = self.receive.iter_mut().find(|r| r.parameters.number == record.number)?;
+        rpdo.watch.stop().then_some(rpdo.number())
+    }
+
+    /// The number of an RPDO that has just turned out to be late.
+    pub(crate) fn expire(&mut self, now: Instant) -> Option<u16> {
+        self.receive.iter_mut().find_map(|r| r.watch.expire(now).then_some(r.number()))
+    }
+
+    /// When the next RPDO is late.
+    pub(crate) fn poll_late(&self) -> Option<Instant> {
+        self.receive.iter().filter_map(|r| r.watch.deadline()).min()
     }
 
     /// Starts anew, as after a change of the NMT state.

@@ -47,6 +47,7 @@ fn traffic(bench: &mut Bench, frames: &[Frame]) -> usize {
         while bench.node.poll_transmit().is_some() {
             sent += 1;
         }
+        while bench.node.poll_event().is_some() {}
     }
     sent
 }
@@ -59,6 +60,9 @@ fn a_warm_node_answers_without_allocating() {
     bench.configure("1007:00", 500);
     bench.configure("1006:00", 5000);
     bench.configure("1005:00", 0x4000_0080);
+    bench.configure("1016:01", 0x0002_03E8);
+    bench.configure("1028:02", 0x82);
+    bench.configure("1400:05", 1000);
     let frames: Vec<Frame> = [
         "601#4000100000000000", // expedited upload
         "601#2F05200011000000", // and download
@@ -75,6 +79,8 @@ fn a_warm_node_answers_without_allocating() {
         "080#",
         "181#R",
         "100#010203040506",
+        "702#05",
+        "082#3081110100000000",
         "7FF#00",
         "000#0101",
     ]

@@ -167,6 +167,48 @@ fn the_last_event_tells_the_last_state() {
     assert_eq!(events.last(), Some(&Event::Nmt(NmtState::Stopped)));
 }
 
+/// A node whose 0x1F80 starts with `startup`.
+fn with_startup(startup: u64) -> Bench {
+    let mut objects = bench::device::communication_objects();
+    for object in objects.iter_mut().filter(|object| object.index == 0x1F80) {
+        object.entries[0].initial = od::Initial::Value(od::Value::Fixed(startup));
+    }
+    Bench::with(od::Schema::new(objects).unwrap())
+}
+
+#[test]
+fn a_node_may_start_itself() {
+    for (startup, state) in [
+        (0x08, NmtState::Operational),
+        (0x0C, NmtState::PreOperational),
+        (0x04, NmtState::PreOperational),
+        (0x00, NmtState::PreOperational),
+    ] {
+        let mut bench = with_startup(startup).started();
+        assert_eq!(bench.node.state(), state, "{startup:02X}");
+        bench.send("000#8001");
+        assert_eq!(bench.node.state(), NmtState::PreOperational);
+        bench.send("000#8201");
+        assert_eq!(bench.node.state(), state, "{startup:02X}");
+    }
+}
+
+#[test]
+fn of_the_startup_only_what_concerns_a_slave_may_be_written() {
+    let mut bench = Bench::new();
+    for startup in [0x00, 0x04, 0x08, 0x0C] {
+        bench.configure("1F80:00", startup);
+    }
+    bench.talk(
+        "
+        > 601#23801F0001000000 // NMT master
+        < 581#80801F0030000906
+        > 601#23801F0002000000
+        < 581#80801F0030000906
+        ",
+    );
+}
+
 #[test]
 fn a_sync_before_the_start_is_none_for_the_tpdos() {
     let mut bench = Bench::new();

@@ -79,15 +79,16 @@ fn other_identifiers_are_not_for_this_node() {
 }
 
 #[test]
-fn remote_frames_ask_for_tpdos_only() {
+fn remote_frames_ask_for_tpdos_and_the_state_only() {
     let mut bench = Bench::operational();
     let before = picture(&bench);
-    for id in ["000", "080", "081", "201", "301", "581", "601", "701"] {
+    for id in ["000", "080", "081", "201", "301", "581", "601"] {
         assert_eq!(bench.send(&format!("{id}#R")), [], "{id}");
         assert_eq!(bench.send(&format!("{id}#R8")), [], "{id}");
     }
     assert_eq!(picture(&bench), before);
     assert_eq!(bench.send("181#R8"), [frame_of("181#0000")]);
+    assert_eq!(bench.send("701#R1"), [frame_of("701#05")]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod bench;
 use core::time::Duration;
 
 use bench::{Bench, device};
-use canopen::{CobId, Emergency, ErrorRegister, Frame, Id, NmtState, TimeOfDay};
+use canopen::{BusState, CobId, Emergency, ErrorRegister, Frame, Id, NmtState, TimeOfDay};
 use od::{Address, Dictionary, Schema};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -28,6 +28,8 @@ enum Step {
     Raise(u16),
     /// An error goes.
     Clear(u16),
+    /// The state of the CAN controller changes.
+    Bus(BusState),
 }
 
 fn steps() -> impl Strategy<Value = Vec<Step>> {
@@ -44,12 +46,14 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
         1 => (0..0x1000_0000_u32, any::<u16>()).prop_map(|(millis, days)| Step::Tell(TimeOfDay { days, millis })),
         1 => (1..40_u16).prop_map(Step::Raise),
         1 => (1..40_u16).prop_map(Step::Clear),
+        1 => select(vec![BusState::Active, BusState::Passive, BusState::Off]).prop_map(Step::Bus),
     ];
     vec(step, 1..200)
 }
 
 fn frame() -> impl Strategy<Value = Frame> {
-    let known = select(vec![0x080, 0x081, 0x181, 0x201, 0x281, 0x301, 0x381, 0x401, 0x481, 0x501, 0x601]);
+    let known =
+        select(vec![0x080, 0x081, 0x181, 0x201, 0x281, 0x301, 0x381, 0x401, 0x481, 0x501, 0x601, 0x701]);
     let id = prop_oneof![
         8 => known.prop_map(Id::Standard),
         1 => (0..0x800_u16).prop_map(Id::Standard),
@@ -60,6 +64,7 @@ fn frame() -> impl Strategy<Value = Frame> {
         2 => nmt.prop_map(|(command, node_id)| Frame::new(Id::Standard(0), &[command, node_id])),
         2 => Just(Frame::new(Id::Standard(0x080), &[])),
         1 => (0..=5_u8).prop_map(|counter| Frame::new(Id::Standard(0x080), &[counter])),
+        2 => (0x701..=0x704_u16, select(vec![0, 4, 5, 0x7F])).prop_map(|(id, state)| Frame::new(Id::Standard(id), &[state])),
         2 => (id.clone(), 0..=8_u8).prop_map(|(id, len)| Frame::remote(id, len)),
         4 => (id, vec(any::<u8>(), 0..=8)).prop_map(|(id, payload)| Frame::new(id, &payload)),
         12 => sdo().prop_map(|message| Frame::new(Id::Standard(0x601), &message)),
@@ -98,6 +103,7 @@ fn sdo() -> impl Strategy<Value = [u8; 8]> {
     let value = prop_oneof![
         2 => cob_id,
         2 => select(mapped),
+        2 => (1..=4_u32, 1..2000_u32).prop_map(|(producer, millis)| producer << 16 | millis),
         2 => 0..3_u32,
         1 => 0..300_u32,
         1 => any::<u32>(),
@@ -123,7 +129,7 @@ fn take(bench: &mut Bench, step: &Step) -> Vec<Frame> {
     let before = answer_ids(bench.node.communication());
     let sent = match step {
         Step::Frame(frame) => bench.handle(frame),
-        Step::Pass(time) => bench.pass(*time),
+        Step::Pass(time) => pass(bench, *time),
         Step::Sleep(time) => {
             bench.now = bench.now + *time;
             vec![]
@@ -144,19 +150,36 @@ fn take(bench: &mut Bench, step: &Step) -> Vec<Frame> {
             bench.node.clear(*code);
             vec![]
         }
+        Step::Bus(state) => {
+            bench.node.set_bus_state(bench.now, *state);
+            vec![]
+        }
     };
     if !matches!(step, Step::Pass(_)) {
         assert!(sent.len() <= MOST_AT_ONCE, "{} frames after {step:?}", sent.len());
         let answers = sent.iter().filter(|frame| frame.id == Id::Standard(0x581)).count();
         assert!(answers <= 1, "{answers} answers to {step:?}");
+        sent.iter().filter(|frame| !before.contains(&frame.id)).for_each(|frame| check(frame, bench));
     }
     bench.node.handle_timeout(bench.now, &mut bench.device);
     let late = bench.settle();
     assert!(late.len() <= MOST_AT_ONCE, "{} frames after {step:?}", late.len());
     assert!(bench.node.poll_timeout().is_none_or(|next| next > bench.now), "busy after {step:?}");
-    let sent = [sent, late].concat();
-    sent.iter().filter(|frame| !before.contains(&frame.id)).for_each(|frame| check(frame, bench));
-    sent
+    late.iter().filter(|frame| !before.contains(&frame.id)).for_each(|frame| check(frame, bench));
+    [sent, late].concat()
+}
+
+/// Lets time pass, and checks what comes out at each deadline in the state that it leads to.
+fn pass(bench: &mut Bench, time: Duration) -> Vec<Frame> {
+    let end = bench.now + time;
+    let mut all = vec![];
+    while bench.now < end {
+        let next = bench.node.poll_timeout().map_or(end, |next| next.min(end));
+        let sent = bench.pass(next.saturating_since(bench.now));
+        sent.iter().for_each(|frame| check(frame, bench));
+        all.extend(sent);
+    }
+    all
 }
 
 /// Four TPDOs, 16 emergency messages, an SDO answer, three SDO aborts, SYNC, TIME, a heartbeat and a boot-up message.
@@ -190,7 +213,8 @@ fn is_sdo_answer(frame: &Frame) -> bool {
 }
 
 fn is_error_control(frame: &Frame, state: NmtState) -> bool {
-    frame.payload() == [0] || frame.payload() == [state as u8]
+    // With the toggle bit as an answer to guarding.
+    matches!(frame.payload(), [0]) || matches!(frame.payload(), [byte] if byte & 0x7F == state as u8)
 }
 
 fn parameter(communication: &Dictionary, index: u16, sub: u8) -> u32 {
@@ -249,6 +273,8 @@ proptest! {
     fn a_reset_leaves_no_trace(steps in steps()) {
         let mut bench = Bench::new();
         steps.iter().for_each(|step| drop(take(&mut bench, step)));
+        bench.node.set_bus_state(bench.now, BusState::Active); // that is of the bus, not of the node
+        bench.settle();
         prop_assert_eq!(bench.send("000#8101"), [bench::frame_of("701#00")]);
         bench.now = bench.now + Duration::from_secs(10);
         let fresh = Bench::new();

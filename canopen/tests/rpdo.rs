@@ -251,3 +251,102 @@ fn an_identifier_may_have_29_bits() {
     );
     assert_eq!(bench.value("6200:05"), 0x22);
 }
+
+#[test]
+fn a_missing_rpdo_is_told_once_from_the_first_one_on() {
+    let mut bench = Bench::new();
+    bench.configure("1400:05", 100);
+    bench.configure("1029:01", 1); // no change of the state
+    bench.talk(
+        "
+        > 000#0101
+        < 181#0000
+        + 60s
+        > 201#1122
+        + 99999us
+        > 201#1122
+        + 99999us
+        + 1us
+        < 081#5082110100000000
+        + 60s
+        > 201#1122
+        < 081#0000000000000000
+        + 99999us
+        + 1us
+        < 081#5082110100000000
+        ",
+    );
+}
+
+#[test]
+fn every_missing_rpdo_has_an_error_of_its_own() {
+    let mut bench = Bench::operational();
+    bench.configure("1029:01", 1);
+    bench.configure("1400:05", 100);
+    bench.configure("1401:05", 150); // a synchronous one
+    bench.talk(
+        "
+        > 201#1122
+        > 301#33
+        + 150ms
+        < 081#5082110100000000
+        < 081#5082110200000000
+        > 201#11 // too short to count
+        < 081#1082110100010000
+        > 201#1122
+        < 081#0000110000000000
+        < 081#0000110000000000
+        > 301#33
+        < 081#0000000000000000
+        ",
+    );
+}
+
+#[test]
+fn an_rpdo_is_missed_in_operational_only() {
+    let mut bench = Bench::operational();
+    bench.configure("1400:05", 100);
+    bench.talk(
+        "
+        > 201#1122
+        > 000#8001
+        + 60s
+        > 000#0101
+        < 181#0000
+        + 60s
+        > 201#1122
+        + 100ms
+        < 081#5082110100000000 // and leaves OPERATIONAL
+        + 60s
+        > 000#0101
+        < 181#0000
+        + 60s
+        > 201#1122
+        < 081#0000000000000000
+        ",
+    );
+}
+
+#[test]
+fn new_parameters_end_the_supervision_of_an_rpdo() {
+    let mut bench = Bench::operational();
+    bench.configure("1029:01", 1);
+    bench.configure("1400:05", 100);
+    bench.talk(
+        "
+        > 201#1122
+        + 50ms
+        > 601#2B00140564000000
+        < 581#6000140500000000
+        + 60s
+        > 201#1122
+        + 100ms
+        < 081#5082110100000000
+        > 601#2B00140500000000
+        < 581#6000140500000000
+        < 081#0000000000000000
+        > 201#1122
+        + 60s
+        ",
+    );
+}

@@ -51,7 +51,11 @@ impl Owner {
             match event {
                 Event::Storage(wanted) => order = Some(wanted),
                 Event::Reset => self.bench.device.reset(),
-                Event::Nmt(_) | Event::Subscriptions | Event::Time => {}
+                Event::Nmt(_)
+                | Event::Subscriptions
+                | Event::Time
+                | Event::ConnectionLost(_)
+                | Event::Emergency { .. } => {}
             }
         }
         order

@@ -74,10 +74,11 @@ fn every_entry_of_fixed_length_refuses_another_one() {
 }
 
 /// What may not have a restricted CAN-ID.
-const RESTRICTED: [(u16, u8); 9] = [
+const RESTRICTED: [(u16, u8); 10] = [
     (0x1005, 0),
     (0x1012, 0),
     (0x1014, 0),
+    (0x1028, 1),
     (0x1201, 1),
     (0x1201, 2),
     (0x1400, 1),

@@ -20,7 +20,9 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use canopen::{Emergency, ErrorRegister, Event, Frame, Id, NmtState, Node, NodeError, Router};
+use canopen::{
+    BusState, Cause, Emergency, ErrorRegister, Event, Frame, Id, NmtState, Node, NodeError, Router,
+};
 use od::Instant;
 use profiles::{Device, DeviceEvent, Profile};
 use thiserror::Error;
@@ -64,6 +66,8 @@ pub enum Notice {
     Reset,
     /// The NMT state is now this one.
     Nmt(NmtState),
+    /// Somebody whom the node supervises is not there any more.
+    ConnectionLost(Cause),
     /// So many raster steps were dropped, because the device was served too late.
     DroppedSteps(u64),
 }
@@ -93,6 +97,8 @@ struct Member {
     unit: usize,
     link: LinkId,
     is_started: bool,
+    /// It has told its first NMT state.
+    is_up: bool,
 }
 
 /// A device and its nodes, one on each of its links.
@@ -159,7 +165,7 @@ impl Core {
         let Profile { communication, application, .. } = &*plan.profile;
         for (link, node_id) in plan.nodes.iter().copied() {
             let node = Node::new(node_id, link.0, Arc::clone(communication), application)?;
-            self.members.push(Member { node, unit, link, is_started: false });
+            self.members.push(Member { node, unit, link, is_started: false, is_up: false });
         }
         // Defaults of the application that depend on a Node-ID follow the first.
         let node_id = plan.nodes.first().map_or(0, |(_, node_id)| *node_id);
@@ -171,7 +177,7 @@ impl Core {
     /// Powers on the nodes of `link`, which send their boot-up messages. Those that run go on.
     pub fn start(&mut self, now: Instant, link: LinkId) {
         for member in 0..self.members.len() {
-            let Some(Member { node, unit, link: own, is_started }) = self.members.get_mut(member) else {
+            let Some(Member { node, unit, link: own, is_started, .. }) = self.members.get_mut(member) else {
                 continue;
             };
             if *own != link || core::mem::replace(is_started, true) {
@@ -181,6 +187,21 @@ impl Core {
             if let Some(Unit { device, .. }) = self.units.get(unit) {
                 node.start(now, device.dictionary());
             }
+            self.settle(now, unit);
+            self.speak(now, unit);
+        }
+        self.pass(now);
+    }
+
+    /// Takes the state of the CAN controller of `link`.
+    pub fn set_bus_state(&mut self, now: Instant, link: LinkId, state: BusState) {
+        for member in 0..self.members.len() {
+            let Some(Member { node, unit, .. }) = self.members.get_mut(member).filter(|m| m.link == link)
+            else {
+                continue;
+            };
+            let unit = *unit;
+            node.set_bus_state(now, state);
             self.settle(now, unit);
             self.speak(now, unit);
         }
@@ -336,15 +357,26 @@ impl Core {
         }
         let numbers = own.clone();
         let members = members.get_mut(own.clone()).unwrap_or_default();
-        for (number, Member { node, link, .. }) in numbers.zip(&mut *members) {
+        for (number, Member { node, link, is_up, .. }) in numbers.zip(&mut *members) {
             while let Some(event) = node.poll_event() {
                 let notice = match event {
                     Event::Reset => {
                         device.reset(now);
                         Some(Notice::Reset)
                     }
-                    Event::Nmt(state) => Some(Notice::Nmt(state)),
-                    Event::Time => None,
+                    Event::Nmt(state) => {
+                        let was_up = core::mem::replace(is_up, true);
+                        if was_up && state != NmtState::Operational {
+                            device.connection_lost(now);
+                        }
+                        Some(Notice::Nmt(state))
+                    }
+                    Event::ConnectionLost(cause) => {
+                        device.connection_lost(now);
+                        Some(Notice::ConnectionLost(cause))
+                    }
+                    // For devices that have something to do with it; so far none has.
+                    Event::Time | Event::Emergency { .. } => None,
                     Event::Subscriptions => {
                         if let Some(router) = routers.get_mut(usize::from(link.0)) {
                             router.subscribe(number as u16, node.subscriptions());

@@ -89,6 +89,7 @@ impl Reporter {
             Notice::FaultOver(_) => ("fault over", false),
             Notice::Reset => ("reset", false),
             Notice::Nmt(_) => ("nmt", false),
+            Notice::ConnectionLost(_) => ("connection", true),
             Notice::DroppedSteps(_) => ("dropped", true),
         };
         let Some(suppressed) = self.limiter.admit(now, Subject::Device(device), kind) else { return };
@@ -97,6 +98,7 @@ impl Reporter {
             Notice::FaultOver(code) => format!("fault 0x{code:04X} is over"),
             Notice::Reset => "reset over the bus".to_owned(),
             Notice::Nmt(state) => name(state).to_owned(),
+            Notice::ConnectionLost(cause) => format!("connection lost: {cause}"),
             Notice::DroppedSteps(steps) => format!("served too late, {steps} raster steps dropped"),
         };
         let device = self.devices.get(device).map_or("?", String::as_str);

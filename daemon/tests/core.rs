@@ -4,8 +4,10 @@ mod common;
 
 use std::time::{Duration, Instant};
 
+use canopen::{BusState, Cause, NmtState};
 use common::{Bench, LINK};
 use daemon::core::{LinkId, Notice};
+use profiles::State;
 
 const READ_DEVICE_TYPE_1: &str = "601#4000100000000000";
 const HEARTBEAT: u16 = 0x1017;
@@ -203,4 +205,104 @@ fn subscriptions_follow_the_cob_ids() {
     assert_eq!(bench.core.poll_resubscribed(), Some(LINK));
     let ids: Vec<String> = bench.core.subscriptions(LINK).map(|id| id.to_string()).collect();
     assert!(ids.contains(&"321".to_owned()) && !ids.contains(&"201".to_owned()), "{ids:?}");
+}
+
+/// The state and the speed of the first axis.
+fn axis(bench: &Bench) -> (State, f64) {
+    let axis = bench.core.devices().next().unwrap().axes().next().unwrap();
+    (axis.state, axis.velocity.0)
+}
+
+fn notices(bench: &mut Bench) -> Vec<Notice> {
+    std::iter::from_fn(|| bench.core.poll_notice()).map(|(_, notice)| notice).collect()
+}
+
+#[test]
+fn a_missing_heartbeat_of_the_master_stops_the_axis() {
+    let mut bench = Bench::new(&[&[(0, 1)]]);
+    bench.write(1, 0x6085, 0, &200_000_u32.to_le_bytes());
+    bench.write(1, 0x1016, 1, &0x007F_0064_u32.to_le_bytes()); // node 127 within 100 ms
+    bench.turn(0x1000);
+    bench.send("000#0101");
+    for _ in 0..20 {
+        bench.send("77F#05");
+        bench.run(Duration::from_millis(90));
+    }
+    assert_eq!(axis(&bench).0, State::OperationEnabled);
+    notices(&mut bench);
+
+    bench.run(Duration::from_millis(9));
+    assert_eq!(axis(&bench).0, State::OperationEnabled);
+    let sent = bench.run(Duration::from_millis(1));
+
+    assert!(sent.contains(&"081#3081117F00000000".to_owned()), "{sent:?}");
+    assert_eq!(axis(&bench).0, State::QuickStopActive);
+    assert_eq!(
+        notices(&mut bench),
+        [Notice::ConnectionLost(Cause::Heartbeat(127)), Notice::Nmt(NmtState::PreOperational)]
+    );
+    bench.run(Duration::from_secs(1));
+    assert_eq!(axis(&bench), (State::SwitchOnDisabled, 0.0));
+    assert!(bench.core.is_quiet());
+}
+
+#[test]
+fn a_node_that_leaves_operational_stops_its_axis() {
+    for command in ["000#0201", "000#8001", "000#8201", "000#8101"] {
+        let mut bench = Bench::new(&[&[(0, 1)]]);
+        bench.write(1, 0x6085, 0, &200_000_u32.to_le_bytes());
+        bench.turn(0x1000);
+        bench.send("000#0101");
+        assert_eq!(axis(&bench).0, State::OperationEnabled);
+        bench.send(command);
+        bench.run(Duration::from_secs(10));
+        assert_eq!(axis(&bench), (State::SwitchOnDisabled, 0.0), "{command}");
+    }
+}
+
+#[test]
+fn a_reset_of_the_communication_stops_an_axis_that_is_driven_by_sdo() {
+    let mut bench = Bench::new(&[&[(0, 1)]]);
+    bench.turn(0x1000); // in PRE-OPERATIONAL
+    bench.send("000#8201");
+    assert_eq!(axis(&bench).0, State::QuickStopActive);
+}
+
+#[test]
+fn a_link_that_comes_later_does_not_stop_the_axis() {
+    let mut bench = Bench::silent(&[&[(0, 1), (1, 9)]]);
+    bench.core.start(bench.now, LINK);
+    bench.sent_on(LINK);
+    bench.turn(0x1000);
+    bench.core.start(bench.now, LinkId(1));
+    bench.run(Duration::from_secs(1));
+    assert_eq!(axis(&bench).0, State::OperationEnabled);
+}
+
+#[test]
+fn a_bus_off_stops_the_axes_on_that_link() {
+    let mut bench = Bench::new(&[&[(0, 1)], &[(0, 2)]]);
+    bench.turn(0x1000);
+    bench.core.set_bus_state(bench.now, LinkId(1), BusState::Off);
+    assert_eq!(axis(&bench).0, State::OperationEnabled);
+    bench.core.set_bus_state(bench.now, LINK, BusState::Off);
+    assert_eq!(axis(&bench).0, State::QuickStopActive);
+    bench.sent_on(LINK);
+
+    bench.core.set_bus_state(bench.now, LINK, BusState::Active);
+
+    let sent = bench.sent_on(LINK);
+    assert_eq!(sent[..2], ["081#4081110000000000", "081#0000000000000000"]);
+}
+
+#[test]
+fn one_node_supervises_the_heartbeat_of_another() {
+    let mut bench = Bench::new(&[&[(0, 1)], &[(0, 2)]]);
+    bench.write(1, 0x1016, 1, &0x0002_0064_u32.to_le_bytes());
+    bench.write(2, HEARTBEAT, 0, &50_u16.to_le_bytes());
+    // Node 1 hears the heartbeat of node 2 as on a wire.
+    bench.run(Duration::from_secs(1));
+    bench.write(2, HEARTBEAT, 0, &0_u16.to_le_bytes());
+    let sent = bench.run(Duration::from_secs(1));
+    assert_eq!(sent, ["081#3081110200000000"]);
 }

@@ -9,7 +9,7 @@ use crate::communication::{self as objects, Objects};
 use crate::emcy::Producer;
 use crate::pdo::Tpdo;
 use crate::sdo::Step;
-use crate::{Emergency, Event, Frame, Id, NmtCommand, NmtState, rules, time};
+use crate::{Cause, Emergency, Event, Frame, Id, NmtCommand, NmtState, rules, time};
 
 /// What a frame with a subscribed identifier is for; the numbers are positions in the node's lists of PDOs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -21,6 +21,11 @@ pub(super) enum Service {
     Sdo(usize),
     Rpdo(usize),
     TpdoRequest(usize),
+    Guarding,
+    /// The heartbeat of another node.
+    Heartbeat(usize),
+    /// The emergencies of the node with this ID.
+    Emergency(u8),
 }
 
 impl Node {
@@ -31,7 +36,7 @@ impl Node {
         frame: &Frame,
         application: &mut Dictionary,
     ) {
-        let is_request = matches!(service, Service::TpdoRequest(_));
+        let is_request = matches!(service, Service::TpdoRequest(_) | Service::Guarding);
         if frame.is_remote != is_request {
             self.counters.malformed += u64::from(!is_request);
             return;
@@ -49,7 +54,12 @@ impl Node {
             Service::TpdoRequest(position) => {
                 self.pdos.transmit.get_mut(position).into_iter().for_each(Tpdo::request);
             }
-            Service::Sync | Service::Time | Service::Sdo(_) | Service::Rpdo(_) => {}
+            Service::Guarding => self.handle_guarding(now),
+            Service::Heartbeat(position) => self.handle_heartbeat(now, position, frame),
+            Service::Emergency(producer) if self.state.communicates() => {
+                self.handle_emergency(producer, frame);
+            }
+            Service::Sync | Service::Time | Service::Sdo(_) | Service::Rpdo(_) | Service::Emergency(_) => {}
         }
     }
 
@@ -75,14 +85,18 @@ impl Node {
             self.counters.late_rpdos += 1;
             return;
         }
-        let [low, high] = (rpdo.parameters.number + 1).to_le_bytes();
+        let number = rpdo.number();
+        let [low, high] = number.to_le_bytes();
         let detail = [low, high, frame.len() as u8, 0, 0];
         let before = rpdo.reception;
-        rpdo.receive(frame.payload());
+        let is_back = rpdo.receive(now, frame.payload());
         let after = rpdo.reception;
         if !rpdo.is_synchronous() {
             let is_taken = rpdo.apply(application, self.origin, &mut self.batch);
             self.counters.refused_rpdos += u64::from(!is_taken);
+        }
+        if is_back {
+            self.restore_connection(Cause::Rpdo(number));
         }
         if let Some(code) = after.error() {
             self.raise(Emergency::communication(code, detail));
@@ -141,20 +155,33 @@ impl Node {
     /// Acts on communication objects that were written.
     fn take_over(&mut self, now: Instant, application: &Schema) {
         while let Some(slot) = self.communication.take_written() {
-            let Some(Address { index, .. }) = self.communication.schema().address(slot) else { continue };
+            let Some(Address { index, sub }) = self.communication.schema().address(slot) else { continue };
             match index {
-                objects::HEARTBEAT_PRODUCER => self.start_heartbeat(now),
+                objects::HEARTBEAT_PRODUCER => {
+                    self.start_heartbeat(now);
+                    self.reload_guarding(now);
+                }
+                objects::GUARD_TIME | objects::LIFE_TIME_FACTOR => self.reload_guarding(now),
+                objects::HEARTBEAT_CONSUMER => {
+                    if let Some(producer) = self.consumer.reload(&self.communication, sub) {
+                        self.restore_connection(Cause::Heartbeat(producer));
+                    }
+                    self.resubscribe();
+                }
                 objects::COB_ID_SYNC => {
                     self.sync.start(now, &self.communication);
                     self.resubscribe();
                 }
                 objects::COMMUNICATION_CYCLE => self.sync.start(now, &self.communication),
-                objects::COB_ID_TIME => self.resubscribe(),
+                objects::COB_ID_TIME | objects::EMCY_CONSUMER => self.resubscribe(),
                 index if self.sdo.has(index) => {
                     self.sdo.reload(&self.communication);
                     self.resubscribe();
                 }
                 index => {
+                    if let Some(number) = self.pdos.acquit(index) {
+                        self.restore_connection(Cause::Rpdo(number));
+                    }
                     if self.pdos.reload(now, index, &self.communication, application) {
                         self.resubscribe();
                     }
@@ -175,6 +202,14 @@ impl Node {
         self.services.extend(self.pdos.rpdo_ids().map(|(position, id)| (id, Service::Rpdo(position))));
         self.services
             .extend(self.pdos.request_ids().map(|(position, id)| (id, Service::TpdoRequest(position))));
+        let heartbeats = self.consumer.ids();
+        self.services.extend(heartbeats.map(|(position, id)| (id, Service::Heartbeat(position))));
+        let emergencies = objects::emcy_producers(&self.communication);
+        self.services
+            .extend(emergencies.map(|(producer, cob_id)| (cob_id.id(), Service::Emergency(producer))));
+        if self.communication.find(Address::new(objects::GUARD_TIME, 0)).is_ok() {
+            self.services.push((self.error_control(), Service::Guarding));
+        }
         self.services.sort_unstable();
         self.notify(Event::Subscriptions);
     }

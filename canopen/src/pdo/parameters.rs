@@ -93,7 +93,7 @@ impl Parameters {
         inhibit_time(self.inhibit.map_or(0, |slot| communication.raw(slot)))
     }
 
-    /// The longest time between two transmissions (parameter in ms), if any.
+    /// The longest time between two transmissions or receptions (parameter in ms), if any.
     pub(crate) fn event_period(&self, communication: &Dictionary) -> Option<Duration> {
         let millis = self.event_timer.map_or(0, |slot| communication.raw(slot));
         (millis > 0).then(|| Duration::from_millis(millis))

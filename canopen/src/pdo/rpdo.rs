@@ -1,10 +1,12 @@
 //! Process data into the device.
 
 use core::cmp::Ordering;
+use core::time::Duration;
 
-use od::{Data, Dictionary, Mapping, Origin, Schema, Write};
+use od::{Data, Dictionary, Instant, Mapping, Origin, Schema, Write};
 
 use super::parameters::{Parameters, Transmission};
+use crate::watch::Watch;
 use crate::{CobId, Emergency};
 
 /// What became of a received PDO.
@@ -36,7 +38,10 @@ pub(crate) struct Rpdo {
     pub(crate) cob_id: CobId,
     /// What became of the last one.
     pub(crate) reception: Reception,
+    /// Whether the next one comes in time.
+    pub(crate) watch: Watch,
     transmission: Transmission,
+    event_period: Option<Duration>,
     mapping: Mapping,
     latched: Option<[u8; 8]>,
 }
@@ -49,7 +54,9 @@ impl Rpdo {
             parameters,
             cob_id,
             reception: Reception::Good,
+            watch: Watch::Idle,
             transmission,
+            event_period: None,
             mapping: Mapping::default(),
             latched: None,
         }
@@ -59,14 +66,21 @@ impl Rpdo {
     pub(crate) fn reload(&mut self, communication: &Dictionary, application: &Schema) {
         self.cob_id = self.parameters.cob_id(communication);
         self.transmission = self.parameters.transmission(communication);
+        self.event_period = self.parameters.event_period(communication);
         let count = self.parameters.count(communication);
         self.mapping = self.parameters.mapping(communication, application, count).unwrap_or_default();
         self.latched = None;
     }
 
-    /// Forgets what waits for a SYNC.
+    /// The number that users know, from 1.
+    pub(crate) fn number(&self) -> u16 {
+        self.parameters.number + 1
+    }
+
+    /// Forgets what waits for a SYNC, and waits for the first one anew.
     pub(crate) fn stop(&mut self) {
         self.latched = None;
+        self.watch.pause();
     }
 
     /// Whether frames with its identifier concern this RPDO.
@@ -74,21 +88,24 @@ impl Rpdo {
         self.cob_id.is_valid() && self.mapping.bytes() > 0
     }
 
-    /// Latches a payload until [`Rpdo::apply`].
-    pub(crate) fn receive(&mut self, payload: &[u8]) {
+    /// Latches a payload until [`Rpdo::apply`]. Returns whether that ends its time-out.
+    ///
+    /// The first one starts the supervision (CiA 301 v4.2, section 7.5.2.35, event timer).
+    pub(crate) fn receive(&mut self, now: Instant, payload: &[u8]) -> bool {
         self.reception = match payload.len().cmp(&self.mapping.bytes()) {
             Ordering::Less => Reception::TooShort,
             Ordering::Equal => Reception::Good,
             Ordering::Greater => Reception::TooLong,
         };
         if self.reception == Reception::TooShort {
-            return;
+            return false;
         }
         let mut latched = [0; 8];
         for (to, from) in latched.iter_mut().zip(payload) {
             *to = *from;
         }
         self.latched = Some(latched);
+        self.watch.feed(now, self.event_period)
     }
 
     /// Whether what was received waits for a SYNC.

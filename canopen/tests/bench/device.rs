@@ -31,11 +31,15 @@ fn plus_node_id(sub: u8, access: Access, base: u32) -> Entry {
 
 /// 0x1000-0x1FFF.
 pub(crate) fn communication() -> Schema {
-    communication_with(Vec::new())
+    Schema::new(communication_objects()).unwrap()
 }
 
 /// 0x1000-0x1FFF and more.
 pub(crate) fn communication_with(more: Vec<Object>) -> Schema {
+    Schema::new(communication_objects().into_iter().chain(more).collect()).unwrap()
+}
+
+pub(crate) fn communication_objects() -> Vec<Object> {
     let identity = [0x0000_04D2, 0x0000_0402, 0x0001_0002, 0x0000_002A];
     let mut objects = vec![
         Object::var(0x1000, number(0, Unsigned32, ReadOnly, 0x0002_0192)),
@@ -52,6 +56,8 @@ pub(crate) fn communication_with(more: Vec<Object>) -> Schema {
         Object::var(0x1006, entry(0, Unsigned32, ReadWrite)),
         Object::var(0x1007, entry(0, Unsigned32, ReadWrite)),
         Object::var(0x1008, text(Const, "Bench device")),
+        Object::var(0x100C, entry(0, Unsigned16, ReadWrite)),
+        Object::var(0x100D, entry(0, Unsigned8, ReadWrite)),
         Object::var(0x1012, number(0, Unsigned32, ReadWrite, 0x100)),
         Object::var(0x1014, plus_node_id(0, ReadWrite, 0x80)),
         Object::var(0x1015, entry(0, Unsigned16, ReadWrite)),
@@ -62,6 +68,18 @@ pub(crate) fn communication_with(more: Vec<Object>) -> Schema {
             (1..).zip(identity).map(|(sub, value)| number(sub, Unsigned32, ReadOnly, value)).collect(),
         ),
         Object::var(0x1019, entry(0, Unsigned8, ReadWrite)),
+        Object::array(
+            0x1016,
+            "Consumer heartbeat time",
+            (1..=4).map(|sub| entry(sub, Unsigned32, ReadWrite)).collect(),
+        ),
+        Object::array(
+            0x1028,
+            "Emergency consumer",
+            (1..=8).map(|sub| number(sub, Unsigned32, ReadWrite, 0x8000_0000)).collect(),
+        ),
+        Object::array(0x1029, "Error behaviour", vec![entry(1, Unsigned8, ReadWrite)]),
+        Object::var(0x1F80, number(0, Unsigned32, ReadWrite, 0x04)),
         Object::record(
             0x1200,
             "SDO server",
@@ -80,8 +98,7 @@ pub(crate) fn communication_with(more: Vec<Object>) -> Schema {
     objects.extend(pdo(0x1801, 0x1A01, 0x0000_0280, 1, &[0x6200_0308]));
     objects.extend(pdo(0x1802, 0x1A02, 0x8000_0380, 255, &[]));
     objects.extend(pdo(0x1803, 0x1A03, 0xC000_0480, 255, &[]));
-    objects.extend(more);
-    Schema::new(objects).unwrap()
+    objects
 }
 
 /// An SDO server that is off.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use core::time::Duration;
 
 use canopen::{Event, Frame, Id, Node};
-use od::{AbortCode, Address, Dictionary, Instant, Object};
+use od::{AbortCode, Address, Dictionary, Instant, Object, Schema};
 
 /// A node with Node-ID 1.
 pub(crate) struct Bench {
@@ -20,23 +20,31 @@ pub(crate) struct Bench {
 impl Bench {
     /// A node that is not powered yet.
     pub(crate) fn off() -> Self {
-        Self::off_with(Vec::new())
+        Self::with(device::communication())
     }
 
     /// The same with more communication objects.
     pub(crate) fn off_with(more: Vec<Object>) -> Self {
+        Self::with(device::communication_with(more))
+    }
+
+    /// The same with other communication objects.
+    pub(crate) fn with(communication: Schema) -> Self {
         let application = device::application();
-        let communication = device::communication_with(more);
         let node = Node::new(1, 0, Arc::new(communication), &application).unwrap();
         Self { node, device: Dictionary::new(Arc::new(application), 1), now: Instant::ZERO }
     }
 
     /// A node in PRE-OPERATIONAL whose boot-up message is gone.
     pub(crate) fn new() -> Self {
-        let mut bench = Self::off();
-        bench.node.start(bench.now, &bench.device);
-        bench.settle();
-        bench
+        Self::off().started()
+    }
+
+    /// The same node after power-on.
+    pub(crate) fn started(mut self) -> Self {
+        self.node.start(self.now, &self.device);
+        self.settle();
+        self
     }
 
     /// A node in OPERATIONAL that has sent its event-driven TPDO.

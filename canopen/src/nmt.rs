@@ -67,6 +67,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_heartbeat_is_one_byte_with_a_known_state() {
+        for state in
+            [NmtState::Initialising, NmtState::Stopped, NmtState::Operational, NmtState::PreOperational]
+        {
+            assert_eq!(NmtState::decode(&[state as u8]), Some(state));
+            assert_eq!(NmtState::decode(&[state as u8 | 0x80]), None);
+            assert_eq!(NmtState::decode(&[state as u8, 0]), None);
+        }
+        assert_eq!(NmtState::decode(&[]), None);
+    }
+
+    #[test]
     fn only_whole_commands_to_this_node_or_all_are_taken() {
         assert_eq!(NmtCommand::decode(&[0x01, 5], 5), Some(NmtCommand::Start));
         assert_eq!(NmtCommand::decode(&[0x82, 0], 5), Some(NmtCommand::ResetCommunication));

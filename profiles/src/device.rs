@@ -195,8 +195,7 @@ impl Device {
     /// Lets every axis react to the loss of its master, as its 0x6007 says.
     pub fn connection_lost(&mut self, now: Instant) {
         for unit in &mut self.units {
-            let mut context =
-                unit_context(&self.dictionary, &self.profile.motor, &unit.slots, &mut unit.axis);
+            let mut context = unit_context(&self.dictionary, &unit.motor, &unit.slots, &mut unit.axis);
             unit.drive.connection_lost(&mut context);
             unit.wake(now);
         }

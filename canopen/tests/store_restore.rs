@@ -15,7 +15,7 @@ fn objects() -> Vec<Object> {
     let groups = || vec![number(1, 1), number(2, 1), number(3, 1), number(4, 0)];
     let word = |sub| Entry::new(sub, "Date or time", DataType::Unsigned32, Access::ReadWrite);
     let sheet = Entry::new(0, "Store EDS", DataType::Domain, Access::ReadOnly)
-        .with_value(Value::Bytes(b"[FileInfo]\nFileName=bench.eds\n".to_vec()));
+        .with_value(Value::bytes(b"[FileInfo]\nFileName=bench.eds\n"));
     vec![
         Object::array(0x1010, "Store parameters", groups()),
         Object::array(0x1011, "Restore default parameters", groups()),

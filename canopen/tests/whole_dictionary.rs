@@ -27,7 +27,7 @@ fn every_readable_entry_shows_its_default() {
             _ if entry.access == Access::WriteOnly => Err(AbortCode::WriteOnly),
             _ if is_empty_history(address) => Err(AbortCode::NoData),
             Value::Fixed(raw) => Ok(raw.to_le_bytes()[..entry.data_type.bytes().unwrap()].to_vec()),
-            Value::Bytes(bytes) => Ok(bytes),
+            Value::Bytes(bytes) => Ok(bytes.to_vec()),
         };
         assert_eq!(bench.upload(address), expected, "{address}");
     }

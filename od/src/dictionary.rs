@@ -127,9 +127,14 @@ impl Dictionary {
     /// Sets the string or domain at `slot`: the device showing its own state.
     pub fn set_bytes(&mut self, slot: Slot, bytes: &[u8]) {
         if let Some(Value::Bytes(old)) = self.values.get_mut(slot.position()) {
-            self.revision += u64::from(old != bytes);
-            old.clear();
-            old.extend_from_slice(bytes);
+            self.revision += u64::from(old.as_slice() != bytes);
+            match Arc::get_mut(old) {
+                Some(own) => {
+                    own.clear();
+                    own.extend_from_slice(bytes);
+                }
+                None => *old = Arc::new(bytes.to_vec()),
+            }
         }
     }
 

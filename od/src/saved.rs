@@ -146,6 +146,6 @@ fn bytes_of(entry: &Entry, value: &Value) -> Vec<u8> {
         Value::Fixed(raw) => {
             raw.to_le_bytes().into_iter().take(entry.data_type.bytes().unwrap_or(8)).collect()
         }
-        Value::Bytes(bytes) => bytes.clone(),
+        Value::Bytes(bytes) => bytes.to_vec(),
     }
 }

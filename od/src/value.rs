@@ -1,5 +1,7 @@
 //! What an entry holds.
 
+use std::sync::Arc;
+
 use crate::DataType;
 
 /// The value of an entry, without its type: the entry knows that.
@@ -7,8 +9,8 @@ use crate::DataType;
 pub enum Value {
     /// A value of fixed length up to 64 bits, as its little-endian bit pattern; unused high bits are zero.
     Fixed(u64),
-    /// A string or domain.
-    Bytes(Vec<u8>),
+    /// A string or domain. Devices of a kind share what none of them has written.
+    Bytes(Arc<Vec<u8>>),
 }
 
 impl Value {
@@ -33,12 +35,18 @@ impl Value {
         }
     }
 
+    /// A string or domain that holds `bytes`.
+    #[must_use]
+    pub fn bytes(bytes: impl Into<Vec<u8>>) -> Self {
+        Self::Bytes(Arc::new(bytes.into()))
+    }
+
     /// The zero or empty value of `data_type`.
     #[must_use]
-    pub const fn zero(data_type: DataType) -> Self {
+    pub fn zero(data_type: DataType) -> Self {
         match data_type.bits() {
             Some(_) => Self::Fixed(0),
-            None => Self::Bytes(Vec::new()),
+            None => Self::bytes(Vec::new()),
         }
     }
 

@@ -93,7 +93,7 @@ fn what_is_written_is_read_and_taken_once_in_order() {
     write(&mut dictionary, 0x2009, &[8, 7, 6, 5, 4, 3, 2, 1]).unwrap();
     let (wide, text) = (slot(&dictionary, 0x2009), slot(&dictionary, 0x2007));
     assert_eq!(dictionary.raw(wide), 0x0102_0304_0506_0708);
-    assert_eq!(dictionary.read(text).unwrap().1, &Value::Bytes(b"abc".to_vec()));
+    assert_eq!(dictionary.read(text).unwrap().1, &Value::bytes(b"abc"));
     assert_eq!(dictionary.take_written(), Some(wide));
     assert_eq!(dictionary.take_written(), Some(text));
     assert_eq!(dictionary.take_written(), None);
@@ -169,7 +169,7 @@ fn a_bad_schema_is_refused_with_everything_that_is_wrong() {
         Object::var(0x2001, out_of_range),
         Object::var(0x2002, unmappable),
         mixed,
-        Object::var(0x0FFF, entry(DataType::Unsigned8, Access::ReadWrite).with_value(Value::Bytes(vec![]))),
+        Object::var(0x0FFF, entry(DataType::Unsigned8, Access::ReadWrite).with_value(Value::bytes([]))),
     ];
     let errors = Schema::new(objects).unwrap_err();
     let text: Vec<String> = errors.iter().map(ToString::to_string).collect();

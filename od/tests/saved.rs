@@ -91,7 +91,7 @@ fn stored_values_take_effect_with_the_next_reset() {
     assert_eq!(value(&dictionary, 0x1017), Value::Fixed(1000));
     assert_eq!(value(&dictionary, 0x2000), Value::Fixed(0x0001_0203));
     assert_eq!(value(&dictionary, 0x2003), Value::Fixed(0));
-    assert_eq!(value(&dictionary, 0x2005), Value::Bytes(b"text".to_vec()));
+    assert_eq!(value(&dictionary, 0x2005), Value::bytes(b"text"));
     assert_eq!(value(&dictionary, 0x6000), Value::Fixed(0xFFF6));
     assert_eq!(value(&dictionary, 0x6002), Value::Fixed(1.5_f64.to_bits()));
     assert!(!dictionary.has_written(), "nobody wrote them");
@@ -110,7 +110,7 @@ fn nothing_stored_means_defaults() {
     assert_eq!(value(&dictionary, 0x1017), Value::Fixed(1000), "until the next reset");
     dictionary.reset();
     assert_eq!(value(&dictionary, 0x1017), Value::Fixed(100));
-    assert_eq!(value(&dictionary, 0x2005), Value::Bytes(Vec::new()));
+    assert_eq!(value(&dictionary, 0x2005), Value::bytes([]));
 }
 
 #[test]

@@ -122,7 +122,7 @@ impl Profile {
         let sheet = Address::new(0x1021, 0);
         if self.communication.slot(sheet).is_some() {
             let text = self.eds().into_bytes();
-            Arc::make_mut(&mut self.communication).set_initial(sheet, Value::Bytes(text));
+            Arc::make_mut(&mut self.communication).set_initial(sheet, Value::bytes(text));
         }
         self
     }

@@ -16,7 +16,7 @@ fn default(profile: &Profile, index: u16, sub: u8) -> String {
     match &entry.initial {
         Initial::PlusNodeId(base) => format!("+{base:X}"),
         Initial::Value(Value::Fixed(raw)) => entry.data_type.integer(*raw).to_string(),
-        Initial::Value(Value::Bytes(text)) => String::from_utf8(text.clone()).unwrap(),
+        Initial::Value(Value::Bytes(text)) => String::from_utf8(text.to_vec()).unwrap(),
     }
 }
 

@@ -42,7 +42,7 @@ fn the_device_holds_its_own_data_sheet() {
         let dictionary = od::Dictionary::new(profile.communication.clone(), 1);
         let slot = dictionary.find(Address::new(0x1021, 0)).unwrap();
         let sheet = profile.eds();
-        assert_eq!(dictionary.value(slot), Some(&Value::Bytes(sheet.clone().into_bytes())));
+        assert_eq!(dictionary.value(slot), Some(&Value::bytes(sheet.clone())));
         assert!(sheet.contains(
             "[1021]\nParameterName=Store EDS\nObjectType=0x7\nDataType=0x000F\nAccessType=ro\nPDOMapping=0"
         ));

@@ -22,7 +22,7 @@ fn number(sub: u8, data_type: DataType, access: Access, value: u64) -> Entry {
 }
 
 fn text(access: Access, value: &str) -> Entry {
-    entry(0, VisibleString, access).with_value(Value::Bytes(value.into()))
+    entry(0, VisibleString, access).with_value(Value::bytes(value))
 }
 
 fn plus_node_id(sub: u8, access: Access, base: u32) -> Entry {

@@ -8,7 +8,7 @@ use crate::tool::Tool;
 fn bytes(entry: &Entry, value: &Value) -> Vec<u8> {
     match value {
         Value::Fixed(raw) => raw.to_le_bytes()[..entry.data_type.bytes().unwrap()].to_vec(),
-        Value::Bytes(bytes) => bytes.clone(),
+        Value::Bytes(bytes) => bytes.to_vec(),
     }
 }
 

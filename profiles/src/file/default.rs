@@ -67,7 +67,7 @@ fn value(data_type: DataType, scalar: Scalar<'_>, span: &Span, report: &mut Repo
         Scalar::Integer(number) if data_type.is_real() => Value::real(data_type, number as f64),
         Scalar::Integer(number) => Value::integer(data_type, number),
         Scalar::Real(number) => Value::real(data_type, number),
-        Scalar::Text(text) if takes(data_type, text) => Some(Value::Bytes(text.as_bytes().to_vec())),
+        Scalar::Text(text) if takes(data_type, text) => Some(Value::bytes(text)),
         Scalar::Bool(_) | Scalar::Text(_) => None,
     };
     if value.is_none() {

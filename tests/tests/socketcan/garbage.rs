@@ -132,7 +132,7 @@ fn an_rpdo_too_long_for_its_mapping_is_used_and_reported() {
 }
 
 #[test]
-fn remote_requests_are_answered_only_by_a_tpdo_that_allows_them() {
+fn remote_requests_are_answered_by_guarding_and_by_a_tpdo_that_allows_them() {
     Bench::new().assert_answers(&[
         ("181#R2", &[]),
         // Bit 30 of the COB-ID forbids it; the PDO is disabled (bit 31) before that is changed.
@@ -143,7 +143,8 @@ fn remote_requests_are_answered_only_by_a_tpdo_that_allows_them() {
         ("00000181#R2", &[]),
         ("201#R2", &[]),
         ("581#R8", &[]),
-        ("701#R1", &[]),
+        // Node guarding: OPERATIONAL, toggle bit 0.
+        ("701#R1", &["701#05"]),
     ]);
 }
 

@@ -1,5 +1,6 @@
 //! Parameters that are stored survive the daemon, whenever it is killed.
 
+use std::env;
 use std::fs;
 use std::thread;
 use std::time::Duration;
@@ -50,11 +51,12 @@ fn store_until_killed(client: &mut Client, mut generation: u32) -> u32 {
 
 #[test]
 fn killed_at_any_moment_it_has_the_old_set_or_the_new_one() {
-    const KILLS: u64 = 40;
+    // A longer run: `AXISD_KILLS=200 cargo test -p tests --test storage`.
+    let kills: u64 = env::var("AXISD_KILLS").map_or(40, |number| number.parse().expect("a number"));
     let storage = TempDir::new();
     let mut generation = 0;
     let mut in_flight = 0;
-    for kill in 0..=KILLS {
+    for kill in 0..=kills {
         let port = free_port();
         let mut daemon = daemon(port, &storage);
         let mut client = Client::raw(port);
@@ -74,8 +76,8 @@ fn killed_at_any_moment_it_has_the_old_set_or_the_new_one() {
         daemon.kill();
         generation = client.join().expect("only good answers");
     }
-    println!("{generation} stores, {KILLS} kills, {in_flight} of them between a store and its answer");
-    assert!(u64::from(generation) > KILLS, "only {generation} stores");
+    println!("{generation} stores, {kills} kills, {in_flight} of them between a store and its answer");
+    assert!(u64::from(generation) > kills, "only {generation} stores");
 }
 
 #[test]

@@ -102,6 +102,18 @@ fn cct_2_13_four_bytes_have_no_segments() {
 }
 
 #[test]
+fn cct_2_14_the_guard_time_is_written_in_segments() {
+    Tool::new().talk(
+        "> 601#210C100002000000
+         < 581#600C100000000000
+         > 601#0BE8030000000000
+         < 581#2000000000000000
+         > 601#400C100000000000
+         < 581#4B0C1000E8030000",
+    );
+}
+
+#[test]
 fn cct_2_15_the_heartbeat_time_is_written_in_segments() {
     Tool::new().talk(
         "> 601#2117100002000000
@@ -157,6 +169,20 @@ fn cct_2_19_the_device_type_is_read_as_a_block_without_crc() {
 }
 
 #[test]
+fn cct_2_20_the_guard_time_is_written_as_a_block_without_crc() {
+    Tool::new().talk(
+        "> 601#C20C100002000000
+         < 581#A40C10007F000000
+         > 601#81E8030000000000
+         < 581#A2017F0000000000
+         > 601#D500000000000000
+         < 581#A100000000000000
+         > 601#400C100000000000
+         < 581#4B0C1000E8030000",
+    );
+}
+
+#[test]
 fn cct_2_21_the_heartbeat_time_is_written_as_a_block_without_crc() {
     Tool::new().talk(
         "> 601#C217100002000000
@@ -195,6 +221,20 @@ fn cct_2_23_an_object_is_read_as_a_block_with_crc() {
          > 601#A2027F0000000000
          < 581#D5076C0000000000
          > 601#A100000000000000",
+    );
+}
+
+#[test]
+fn cct_2_24_the_guard_time_is_written_as_a_block_with_crc() {
+    Tool::new().talk(
+        "> 601#C60C100002000000
+         < 581#A40C10007F000000
+         > 601#81E8030000000000
+         < 581#A2017F0000000000
+         > 601#D578A90000000000
+         < 581#A100000000000000
+         > 601#400C100000000000
+         < 581#4B0C1000E8030000",
     );
 }
 

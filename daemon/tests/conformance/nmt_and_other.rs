@@ -9,6 +9,103 @@ const PRE_OPERATIONAL: (&str, &str) = ("000#8001", "701#7F");
 const OPERATIONAL: (&str, &str) = ("000#0101", "701#05");
 const STOPPED: (&str, &str) = ("000#0201", "701#04");
 
+/// The communication parameters that the tool changes before it stores or restores.
+const PARAMETERS: [u16; 4] = [0x1005, 0x1006, 0x1015, 0x1017];
+const CHANGED: [u64; 4] = [0x200, 5000, 1000, 20_000];
+const DEFAULTS: [u64; 4] = [0x80, 0, 0, 0];
+
+/// No signature: 'wron' as the tool writes it, the number 0x77726F6E.
+const WRONG: &[u8] = b"norw";
+
+/// The device with changed parameters, not stored.
+fn changed() -> Tool {
+    let mut tool = Tool::new();
+    for (index, value) in PARAMETERS.into_iter().zip(CHANGED) {
+        let length = tool.read(index, 0).unwrap().len();
+        tool.write(index, 0, &value.to_le_bytes()[..length]).unwrap();
+    }
+    tool
+}
+
+/// The device with changed parameters that are stored.
+fn saved() -> Tool {
+    let mut tool = changed();
+    tool.write(0x1010, 1, b"save").unwrap();
+    tool
+}
+
+/// The parameters that the device has after a reset.
+fn after_reset(mut tool: Tool) -> [u64; 4] {
+    assert_eq!(tool.send("000#8101"), ["701#00"]);
+    PARAMETERS.map(|index| tool.number(index, 0))
+}
+
+#[test]
+fn cct_8_01_a_wrong_signature_saves_nothing() {
+    let mut tool = changed();
+    assert_eq!(tool.write(0x1010, 1, WRONG), Err(AbortCode::CannotStore));
+    assert_eq!(after_reset(tool), DEFAULTS);
+}
+
+#[test]
+fn cct_8_02_saved_parameters_stay_after_a_reset() {
+    let mut tool = changed();
+    tool.write(0x1010, 1, b"save").unwrap();
+    assert_eq!(after_reset(tool), CHANGED);
+}
+
+#[test]
+fn cct_8_03_a_wrong_signature_restores_nothing() {
+    let mut tool = saved();
+    assert_eq!(tool.write(0x1011, 1, WRONG), Err(AbortCode::CannotStore));
+    assert_eq!(after_reset(tool), CHANGED);
+}
+
+#[test]
+fn cct_8_04_restored_defaults_are_there_after_a_reset() {
+    let mut tool = saved();
+    tool.write(0x1011, 1, b"load").unwrap();
+    assert_eq!(after_reset(tool), DEFAULTS);
+}
+
+#[test]
+fn cct_8_05_a_wrong_signature_saves_no_communication_parameters() {
+    let mut tool = changed();
+    assert_eq!(tool.write(0x1010, 2, WRONG), Err(AbortCode::CannotStore));
+    assert_eq!(after_reset(tool), DEFAULTS);
+}
+
+#[test]
+fn cct_8_06_saved_communication_parameters_stay_after_a_reset() {
+    let mut tool = changed();
+    tool.write(0x1010, 2, b"save").unwrap();
+    assert_eq!(after_reset(tool), CHANGED);
+}
+
+#[test]
+fn cct_8_07_a_wrong_signature_restores_no_communication_parameters() {
+    let mut tool = saved();
+    assert_eq!(tool.write(0x1011, 2, WRONG), Err(AbortCode::CannotStore));
+    assert_eq!(after_reset(tool), CHANGED);
+}
+
+#[test]
+fn cct_8_08_restored_communication_defaults_are_there_after_a_reset() {
+    let mut tool = saved();
+    tool.write(0x1011, 2, b"load").unwrap();
+    assert_eq!(after_reset(tool), DEFAULTS);
+}
+
+#[test]
+fn cct_8_09_date_and_time_of_a_saved_configuration_stay_after_a_reset() {
+    let mut tool = Tool::new();
+    tool.write(0x1020, 1, &15_000_u32.to_le_bytes()).unwrap();
+    tool.write(0x1020, 2, &43_200_000_u32.to_le_bytes()).unwrap();
+    tool.write(0x1010, 2, b"save").unwrap();
+    assert_eq!(tool.send("000#8101"), ["701#00"]);
+    assert_eq!((tool.number(0x1020, 1), tool.number(0x1020, 2)), (15_000, 43_200_000));
+}
+
 #[test]
 fn cct_8_10_restricted_can_ids_are_refused() {
     let mut tool = Tool::new();

@@ -297,3 +297,13 @@ fn cct_2_29_further_servers_are_the_same_after_a_reset_of_the_communication() {
     assert_eq!(tool.send("000#8201"), ["701#00"]);
     scan_servers(&mut tool);
 }
+
+#[test]
+fn cct_2_30_after_saving_and_a_reset_there_are_no_sdo_clients() {
+    let mut tool = Tool::new();
+    tool.write(0x1010, 1, b"save").unwrap();
+    assert_eq!(tool.send("000#8201"), ["701#00"]);
+    for index in 0x1280..0x1300 {
+        assert_eq!(tool.read(index, 1), Err(AbortCode::NoObject), "0x{index:04X}");
+    }
+}

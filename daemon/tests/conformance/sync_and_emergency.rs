@@ -103,6 +103,31 @@ fn cct_6_07_the_counter_goes_from_1_to_its_overflow_value() {
 }
 
 #[test]
+fn cct_6_08_a_saved_producer_counts_from_1_after_a_reset() {
+    let mut tool = producer(3);
+    tool.pass(25);
+    tool.write(0x1010, 1, b"save").unwrap();
+    assert_eq!(tool.send("000#8101"), ["701#00"]);
+    assert_eq!(tool.pass(40), ["080#01", "080#02", "080#03", "080#01"]);
+
+    tool.write(0x1011, 1, b"load").unwrap();
+    assert_eq!(tool.send("000#8101"), ["701#00"]);
+    assert_eq!(tool.pass(1000), [""; 0]);
+}
+
+#[test]
 fn cct_6_09_the_overflow_value_stays_while_there_is_a_period() {
     assert_eq!(producer(3).write(0x1019, 0, &[4]), Err(AbortCode::DeviceState));
+}
+
+#[test]
+fn cct_6_10_saved_sync_values_stay_after_a_reset() {
+    let mut tool = Tool::new();
+    tool.write(0x1005, 0, &0x80_u32.to_le_bytes()).unwrap();
+    tool.write(0x1006, 0, &[0; 4]).unwrap();
+    tool.write(0x1019, 0, &[5]).unwrap();
+    tool.write(0x1010, 1, b"save").unwrap();
+    assert_eq!(tool.send("000#8101"), ["701#00"]);
+    let values = [0x1005, 0x1006, 0x1019].map(|index| tool.number(index, 0));
+    assert_eq!(values, [0x80, 0, 5]);
 }

@@ -65,7 +65,15 @@ impl Tool {
     }
 
     fn sent(&mut self) -> Vec<String> {
-        std::iter::from_fn(|| self.core.poll_transmit()).map(|(_, frame)| frame.to_string()).collect()
+        self.frames().iter().map(Frame::to_string).collect()
+    }
+
+    /// What the device sends, its parameters being stored where it wants that.
+    fn frames(&mut self) -> Vec<Frame> {
+        while let Some((device, _)) = self.core.poll_store() {
+            self.core.stored(self.now, device, Ok(()));
+        }
+        std::iter::from_fn(|| self.core.poll_transmit()).map(|(_, frame)| frame).collect()
     }
 
     /// Runs a dialogue: `> FRAME` is sent, `< FRAME` has to be answered, `+ N` lets N milliseconds pass. Every
@@ -133,9 +141,8 @@ impl Tool {
     /// Sends an SDO request and takes its one answer; other frames are lost.
     fn ask(&mut self, message: [u8; 8]) -> Result<[u8; 8], AbortCode> {
         self.core.handle_frame(self.now, LINK, &Frame::new(Id::Standard(0x601), &message));
-        let sent = std::iter::from_fn(|| self.core.poll_transmit()).map(|(_, frame)| frame);
-        let answers: Vec<[u8; 8]> =
-            sent.filter(|f| f.id == Id::Standard(0x581)).map(|f| f.eight().unwrap()).collect();
+        let sent = self.frames().into_iter().filter(|frame| frame.id == Id::Standard(0x581));
+        let answers: Vec<[u8; 8]> = sent.map(|frame| frame.eight().unwrap()).collect();
         let [answer] = answers[..] else { panic!("{message:02X?} has answers {answers:02X?}") };
         let [command, _, _, _, code @ ..] = answer;
         let code = u32::from_le_bytes(code);

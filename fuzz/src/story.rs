@@ -156,10 +156,25 @@ impl Stage {
         assert!(!frame.is_remote, "{frame}");
         let is_legal = match frame.id {
             SDO_ANSWER => frame.len() == 8,
-            ERROR_CONTROL => matches!(frame.payload(), [0x00 | 0x04 | 0x05 | 0x7F]),
+            ERROR_CONTROL => self.is_state(frame.payload()),
             _ => self.is_emcy(frame) || self.is_tpdo(frame) || self.is_sync(frame),
         };
         assert!(is_legal, "{frame} in {:?}", self.node.state());
+    }
+
+    /// A boot-up message, a heartbeat or, where there is no heartbeat, an answer to a guarding request.
+    fn is_state(&self, payload: &[u8]) -> bool {
+        let has_heartbeat = raw(self.node.communication(), 0x1017, 0) != 0;
+        match payload {
+            [0x00] => true,
+            [0x04 | 0x05 | 0x7F] => has_heartbeat || self.is_guarded(),
+            [0x84 | 0x85 | 0xFF] => !has_heartbeat && self.is_guarded(),
+            _ => false,
+        }
+    }
+
+    fn is_guarded(&self) -> bool {
+        self.node.communication().find(Address::new(0x100C, 0)).is_ok()
     }
 
     fn is_emcy(&self, frame: &Frame) -> bool {

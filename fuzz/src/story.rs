@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use canopen::{CobId, Event, Frame, Id, NmtState, Node};
-use od::{Address, Dictionary, Initial, Instant, Value};
+use od::{Address, Dictionary, Initial, Instant, Saved, Value};
 use profiles::{Device, Profile};
 
 const NODE_ID: u8 = 1;
@@ -50,6 +50,8 @@ struct Stage {
     node: Node,
     device: Device,
     now: Instant,
+    /// What the node and the device want to have stored; that takes until time passes.
+    order: Option<(Saved, Saved)>,
 }
 
 impl Stage {
@@ -59,7 +61,7 @@ impl Stage {
         let mut node = Node::new(NODE_ID, 0, communication, &profile.application).expect("a valid profile");
         let device = Device::new(profile, NODE_ID, now);
         node.start(now, device.dictionary());
-        Self { node, device, now }
+        Self { node, device, now, order: None }
     }
 
     fn take(&mut self, step: u8, bytes: &mut impl Iterator<Item = u8>) {
@@ -122,6 +124,7 @@ impl Stage {
     /// Lets time pass and serves the deadlines in it, as far as there are not too many.
     fn pass(&mut self, time: Duration) {
         let end = self.now + time;
+        self.store();
         for _ in 0..MOST_DEADLINES {
             let Some(deadline) = self.deadline().filter(|deadline| *deadline <= end) else { break };
             self.now = self.now.max(deadline);
@@ -133,6 +136,15 @@ impl Stage {
         self.now = end;
     }
 
+    /// Ends what is under way, as its owner does.
+    fn store(&mut self) {
+        let Some((communication, application)) = self.order.take() else { return };
+        assert_eq!(self.node.set_saved(communication), 0, "the node's own");
+        assert_eq!(self.device.dictionary_mut().set_saved(application), 0, "the device's own");
+        self.node.stored(Ok(()));
+        self.settle();
+    }
+
     fn deadline(&self) -> Option<Instant> {
         self.node.poll_timeout().into_iter().chain(self.device.poll_timeout()).min()
     }
@@ -140,8 +152,18 @@ impl Stage {
     fn settle(&mut self) {
         self.device.apply(self.now);
         while let Some(event) = self.node.poll_event() {
-            if event == Event::Reset {
-                self.device.reset(self.now);
+            match event {
+                Event::Reset => self.device.reset(self.now),
+                Event::Storage(order) => {
+                    assert!(self.order.is_none(), "a second order");
+                    let wanted = [self.node.communication(), self.device.dictionary()];
+                    self.order = Some(wanted.map(|dictionary| order.apply(dictionary)).into());
+                }
+                Event::Nmt(_)
+                | Event::Subscriptions
+                | Event::Time
+                | Event::ConnectionLost(_)
+                | Event::Emergency { .. } => {}
             }
         }
         self.node.sample(self.now, self.device.dictionary());

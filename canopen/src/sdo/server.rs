@@ -250,16 +250,26 @@ impl Server {
         Ok(Step::Write { address, answer: Response::DownloadInitiate { address }.encode() })
     }
 
+    /// Begins a download in several messages: the bytes that were announced, and the most there may be.
+    fn admit(
+        &mut self,
+        address: Address,
+        size: Option<u32>,
+        objects: &Objects<'_>,
+    ) -> Result<(Option<usize>, usize), AbortCode> {
+        self.reset();
+        let announced = size.map(|s| usize::try_from(s).unwrap_or(usize::MAX));
+        let area = objects.area(address.index);
+        Ok((announced, area.admit(area.find(address)?, announced)?))
+    }
+
     fn download_start(
         &mut self,
         address: Address,
         size: Option<u32>,
         objects: &Objects<'_>,
     ) -> Result<Step, AbortCode> {
-        self.reset();
-        let announced = size.map(|s| usize::try_from(s).unwrap_or(usize::MAX));
-        let area = objects.area(address.index);
-        let longest = area.admit(area.find(address)?, announced)?;
+        let (announced, longest) = self.admit(address, size, objects)?;
         self.transfer = Transfer::Download { address, announced, longest, toggle: false };
         Ok(Step::Answer(Response::DownloadInitiate { address }.encode()))
     }
@@ -350,10 +360,7 @@ impl Server {
         crc: bool,
         objects: &Objects<'_>,
     ) -> Result<Step, AbortCode> {
-        self.reset();
-        let announced = size.map(|s| usize::try_from(s).unwrap_or(usize::MAX));
-        let area = objects.area(address.index);
-        let longest = area.admit(area.find(address)?, announced)?;
+        let (announced, longest) = self.admit(address, size, objects)?;
         self.transfer = Transfer::BlockDownload(address, BlockDownload::new(announced, longest, crc));
         Ok(Step::Answer(Response::BlockDownloadInitiate { address, block_size: MAX_BLOCK }.encode()))
     }

@@ -8,14 +8,13 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use canopen::Frame;
 use od::Instant;
 use tokio::sync::mpsc;
 
 use crate::alarm::Alarm;
 use crate::clock::Clock;
 use crate::core::{Core, LinkId};
-use crate::link::{LONGEST_BLOCK, Link, Patience, SocketCan};
+use crate::link::{LONGEST_BLOCK, Link, Patience, Received, SocketCan};
 use crate::reporter::Reporter;
 use crate::socketcand::Inbound;
 use crate::storage::{Done, Storage};
@@ -66,7 +65,7 @@ impl CoreLoop {
     /// The operating system does not let it sleep.
     pub(crate) fn run(mut self, ready: impl FnOnce()) -> io::Result<()> {
         wake_punctually();
-        let mut frames = Vec::with_capacity(BATCH);
+        let mut news = Vec::with_capacity(BATCH);
         let mut now = self.clock.now();
         self.start(now);
         ready();
@@ -75,16 +74,16 @@ impl CoreLoop {
         loop {
             match self.how_to_sleep(now, has_backlog, end) {
                 Sleep::InReceive => {
-                    let outcome = self.receive(0, Patience::Block, &mut frames);
+                    let outcome = self.receive(0, Patience::Block, &mut news);
                     now = self.after_receive(now, outcome.as_ref().ok().copied().flatten());
-                    self.take(now, 0, outcome, &mut frames);
+                    self.take(now, 0, outcome, &mut news);
                 }
                 Sleep::Until(time_out) => {
                     let readable = wait(&self.links, &self.alarm, time_out)?;
                     now = self.clock.now();
                     for position in readable {
-                        let outcome = self.receive(position, Patience::Try, &mut frames);
-                        self.take(now, position, outcome, &mut frames);
+                        let outcome = self.receive(position, Patience::Try, &mut news);
+                        self.take(now, position, outcome, &mut news);
                     }
                 }
             }
@@ -152,10 +151,10 @@ impl CoreLoop {
         &mut self,
         position: usize,
         patience: Patience,
-        frames: &mut Vec<Frame>,
+        news: &mut Vec<Received>,
     ) -> io::Result<Option<Duration>> {
         let interface = self.links.get_mut(position).and_then(|link| link.interface.as_mut());
-        interface.map_or(Ok(None), |interface| interface.receive(patience, frames))
+        interface.map_or(Ok(None), |interface| interface.receive(patience, news))
     }
 
     /// The time after a receiving call that began soon after `before` and took `time`. It is behind the clock by
@@ -179,13 +178,20 @@ impl CoreLoop {
         now: Instant,
         position: usize,
         outcome: io::Result<Option<Duration>>,
-        frames: &mut Vec<Frame>,
+        news: &mut Vec<Received>,
     ) {
-        for frame in frames.drain(..) {
-            if let Some(link) = self.links.get(position) {
-                link.show(now, None, &frame);
+        for news in news.drain(..) {
+            let Some(link) = self.links.get(position) else { continue };
+            match news {
+                Received::Frame(frame) => {
+                    link.show(now, None, &frame);
+                    self.core.handle_frame(now, link_id(position), &frame);
+                }
+                Received::State(state) => {
+                    self.reporter.bus_state(now, position, &link.name, state);
+                    self.core.set_bus_state(now, link_id(position), state);
+                }
             }
-            self.core.handle_frame(now, link_id(position), &frame);
         }
         if let Err(error) = outcome {
             self.lose(now, position, &error);

@@ -9,7 +9,7 @@ use tokio::sync::broadcast;
 
 use crate::socketcand::Passed;
 
-pub(crate) use socketcan::{LONGEST_BLOCK, Patience, SocketCan};
+pub(crate) use socketcan::{LONGEST_BLOCK, Patience, Received, SocketCan};
 
 /// A bus of this gateway.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use canopen::NmtState;
+use canopen::{BusState, NmtState};
 use od::Instant;
 use tracing::{info, warn};
 
@@ -70,6 +70,18 @@ impl Reporter {
         *trouble = error;
     }
 
+    /// Says that the state of the CAN controller of a link is now this one.
+    pub(crate) fn bus_state(&mut self, now: Instant, link: usize, bus: &str, state: BusState) {
+        let (text, is_bad) = match state {
+            BusState::Active => ("error active", false),
+            BusState::Passive => ("error passive", true),
+            BusState::Off => ("bus off", true),
+        };
+        let Some(suppressed) = self.limiter.admit(now, Subject::Bus(link), text) else { return };
+        let more = left_out(suppressed);
+        if is_bad { warn!("bus {bus}: {text}{more}") } else { info!("bus {bus}: {text}{more}") }
+    }
+
     /// Says that the parameters of a device are stored, or why not.
     pub(crate) fn stored(&mut self, now: Instant, device: usize, failure: Option<&Failure>) {
         let kind = if failure.is_some() { "not stored" } else { "stored" };
@@ -102,10 +114,13 @@ impl Reporter {
             Notice::DroppedSteps(steps) => format!("served too late, {steps} raster steps dropped"),
         };
         let device = self.devices.get(device).map_or("?", String::as_str);
-        let more =
-            if suppressed > 0 { format!(" ({suppressed} lines like this left out)") } else { String::new() };
+        let more = left_out(suppressed);
         if is_bad { warn!("{device}: {text}{more}") } else { info!("{device}: {text}{more}") }
     }
+}
+
+fn left_out(lines: u32) -> String {
+    if lines > 0 { format!(" ({lines} lines like this left out)") } else { String::new() }
 }
 
 /// As CiA 301 writes it.

@@ -1,4 +1,4 @@
-//! What the kernel delivers as a frame: read or refused, and what was read is written the same.
+//! What the kernel delivers: read or refused, and a frame that was read is written the same.
 #![no_main]
 #![allow(dead_code)]
 
@@ -6,7 +6,7 @@
 mod wire_format;
 
 libfuzzer_sys::fuzz_target!(|bytes: [u8; wire_format::SIZE]| {
-    if let Some(frame) = wire_format::decode(&bytes) {
-        assert_eq!(wire_format::decode(&wire_format::encode(&frame)), Some(frame));
+    if let Some(wire_format::Message::Frame(frame)) = wire_format::decode(&bytes) {
+        assert_eq!(wire_format::decode(&wire_format::encode(&frame)), Some(wire_format::Message::Frame(frame)));
     }
 });

@@ -9,12 +9,14 @@ use std::io::{self, IoSlice};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
 
 use ::socketcan::{CanFilter, CanSocket, Socket, SocketOptions};
-use canopen::{Frame, Id};
+use canopen::{BusState, Frame, Id};
 use nix::errno::Errno;
 use nix::sys::socket::{MsgFlags, MultiHeaders, send, sendmmsg};
 use od::Instant;
 
-use super::wire_format::{self, EXTENDED, EXTENDED_MASK, REMOTE, SIZE, STANDARD_MASK};
+use super::wire_format::{
+    self, EXTENDED, EXTENDED_MASK, Message, REMOTE, SIZE, STANDARD_MASK, STATE_CLASSES,
+};
 use crate::sys::{self, BATCH};
 
 /// How long [`Patience::Block`] waits for a frame at most.
@@ -45,8 +47,19 @@ pub(crate) enum Patience {
 pub(crate) struct Losses {
     /// Frames that the interface did not take.
     pub(crate) unsent: u64,
-    /// What the kernel delivered and is no classic data or remote frame.
+    /// What the kernel delivered and is no classic data, remote or error frame.
     pub(crate) malformed: u64,
+    /// Error frames that told no state of the controller.
+    pub(crate) errors: u64,
+}
+
+/// What comes from an interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Received {
+    /// A frame of the bus.
+    Frame(Frame),
+    /// The state of the controller has changed to this one.
+    State(BusState),
 }
 
 /// See the module's documentation.
@@ -59,6 +72,8 @@ pub(crate) struct SocketCan {
     waiting: VecDeque<[u8; SIZE]>,
     headers: MultiHeaders<()>,
     hears_all: bool,
+    /// What the controller told last.
+    state: BusState,
     losses: Losses,
 }
 
@@ -72,6 +87,7 @@ impl SocketCan {
             waiting: VecDeque::with_capacity(MAX_WAITING),
             headers: MultiHeaders::preallocate(BATCH, None),
             hears_all,
+            state: BusState::Active,
             losses: Losses::default(),
         }
     }
@@ -105,7 +121,9 @@ impl SocketCan {
         // A kernel that grants less serves shorter bursts.
         let _ = socket.as_raw_socket().set_recv_buffer_size(RECEIVE_BUFFER);
         socket.set_read_timeout(LONGEST_BLOCK)?;
+        socket.set_error_filter(STATE_CLASSES)?;
         self.socket = Some(socket);
+        self.state = BusState::Active;
         self.deadline = None;
         Ok(())
     }
@@ -138,11 +156,11 @@ impl SocketCan {
         }
     }
 
-    /// Adds the frames that have come, at most [`BATCH`], to `frames`; how long that took, if there were any.
+    /// Adds what has come, at most [`BATCH`], to `news`; how long that took, if there was anything.
     pub(crate) fn receive(
         &mut self,
         patience: Patience,
-        frames: &mut Vec<Frame>,
+        news: &mut Vec<Received>,
     ) -> io::Result<Option<Duration>> {
         let Some(socket) = self.fd() else { return Ok(None) };
         let flags = match patience {
@@ -157,11 +175,26 @@ impl SocketCan {
         };
         for (message, length) in messages.iter().zip(lengths).take(received) {
             match wire_format::decode(message).filter(|_| length == SIZE) {
-                Some(frame) => frames.push(frame),
+                Some(message) => news.extend(self.sift(message)),
                 None => self.losses.malformed += 1,
             }
         }
         Ok(Some(time))
+    }
+
+    /// What in a message is news.
+    fn sift(&mut self, message: Message) -> Option<Received> {
+        match message {
+            Message::Frame(frame) => Some(Received::Frame(frame)),
+            Message::State(state) => {
+                let before = core::mem::replace(&mut self.state, state);
+                (before != state).then_some(Received::State(state))
+            }
+            Message::Error => {
+                self.losses.errors += 1;
+                None
+            }
+        }
     }
 
     /// Puts a frame behind those that are to be sent.
@@ -209,5 +242,33 @@ impl SocketCan {
         let nowhere = [None; BATCH];
         sendmmsg(socket, &mut self.headers, slices.iter().take(count), nowhere, [], flags)
             .map(Iterator::count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_of_state_stay_between_the_frames_they_came_between() {
+        let mut interface = SocketCan::new("none", false, Instant::ZERO);
+        let frame = Frame::new(Id::Standard(0x80), &[]);
+        let messages = [
+            Message::Frame(frame),
+            Message::State(BusState::Active),
+            Message::State(BusState::Off),
+            Message::State(BusState::Off),
+            Message::Frame(frame),
+            Message::Error,
+            Message::State(BusState::Active),
+            Message::Frame(frame),
+        ];
+
+        let news: Vec<_> = messages.into_iter().filter_map(|message| interface.sift(message)).collect();
+
+        let frame = Received::Frame(frame);
+        let (off, active) = (Received::State(BusState::Off), Received::State(BusState::Active));
+        assert_eq!(news, [frame, off, frame, active, frame]);
+        assert_eq!(interface.losses().errors, 1);
     }
 }

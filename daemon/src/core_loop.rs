@@ -8,6 +8,7 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use canopen::BusState;
 use od::Instant;
 use tokio::sync::mpsc;
 
@@ -211,8 +212,14 @@ impl CoreLoop {
         true
     }
 
-    /// Sends what the nodes have to say. New subscriptions act first: an answer may be the cue for more frames.
+    /// Sends what the nodes have to say, also about a link that is lost by that.
     fn transmit(&mut self, now: Instant) {
+        while self.try_to_transmit(now) {}
+    }
+
+    /// Sends what the nodes have to say; whether a link was lost. New subscriptions act first: an answer may be the
+    /// cue for more frames.
+    fn try_to_transmit(&mut self, now: Instant) -> bool {
         while let Some(link) = self.core.poll_resubscribed() {
             self.subscribe(now, usize::from(link.0));
         }
@@ -221,12 +228,15 @@ impl CoreLoop {
                 link.send(now, None, &frame);
             }
         }
+        let mut is_lost = false;
         for position in 0..self.links.len() {
             let interface = self.links.get_mut(position).and_then(|link| link.interface.as_mut());
             if let Some(Err(error)) = interface.map(|interface| interface.flush(now)) {
                 self.lose(now, position, &error);
+                is_lost = true;
             }
         }
+        is_lost
     }
 
     fn do_what_is_due(&mut self, now: Instant) {
@@ -265,6 +275,7 @@ impl CoreLoop {
         self.reporter.interface(now, position, name, interface.interface(), outcome.as_ref().err());
         if outcome.is_ok() {
             self.core.start(now, link_id(position));
+            self.core.set_bus_state(now, link_id(position), BusState::Active);
             self.subscribe(now, position);
         }
     }
@@ -277,6 +288,7 @@ impl CoreLoop {
         }
     }
 
+    /// Gives up an interface until it can be opened again. For the nodes on it that is a bus-off.
     fn lose(&mut self, now: Instant, position: usize, error: &io::Error) {
         let Some(Link { name, interface: Some(interface), .. }) = self.links.get_mut(position) else {
             return;
@@ -284,6 +296,7 @@ impl CoreLoop {
         if interface.fd().is_some() {
             interface.close(now);
             self.reporter.interface(now, position, name, interface.interface(), Some(error));
+            self.core.set_bus_state(now, link_id(position), BusState::Off);
         }
     }
 }

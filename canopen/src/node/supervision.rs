@@ -18,7 +18,7 @@ pub enum Cause {
     LifeGuarding,
     /// The RPDO of this number, from 1, did not come in time.
     Rpdo(u16),
-    /// The CAN controller went off the bus.
+    /// The CAN controller went off the bus, or is gone.
     BusOff,
 }
 
@@ -45,7 +45,7 @@ impl fmt::Display for Cause {
             Self::Heartbeat(producer) => write!(f, "no heartbeat from node {producer}"),
             Self::LifeGuarding => f.write_str("not guarded any more"),
             Self::Rpdo(number) => write!(f, "RPDO {number} missing"),
-            Self::BusOff => f.write_str("bus off"),
+            Self::BusOff => f.write_str("off the bus"),
         }
     }
 }
@@ -81,7 +81,7 @@ impl Behaviour {
 }
 
 impl Node {
-    /// Takes the state of the CAN controller, which its owner has seen to change.
+    /// Takes the state of the CAN controller, which its owner has seen to change. One that is gone is off the bus.
     ///
     /// Errors wait until the bus is back: of a bus-off (EMCY 8140h) the others hear afterwards.
     pub fn set_bus_state(&mut self, now: Instant, state: BusState) {

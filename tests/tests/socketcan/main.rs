@@ -1,5 +1,6 @@
 //! The daemon on real SocketCAN interfaces, each test on one of its own.
 
+mod bus_state;
 mod garbage;
 
 use std::thread;

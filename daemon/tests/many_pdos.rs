@@ -3,7 +3,6 @@
 mod common;
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use common::Bench;
 use profiles::Profile;
@@ -53,32 +52,4 @@ fn all_tpdos_go_with_a_sync_and_carry_what_the_rpdos_brought() {
     let expected = (0..PDOS).map(|number| format!("{:08X}#{number:08X}", 0x2000 + number));
     assert_eq!(bench.send("080#"), expected.collect::<Vec<_>>());
     assert_eq!(bench.core.nodes().next().unwrap().counters(), canopen::Counters::default());
-}
-
-/// `cargo test --release --test many_pdos -- --ignored --nocapture`
-#[test]
-#[ignore = "a measurement"]
-fn what_a_frame_costs() {
-    const ROUNDS: u32 = 2000;
-    let mut bench = operational();
-    let mut measure = |what: &str, frame: &str| {
-        let (frame, link) = (common::parse(frame), common::LINK);
-        let mut frames = 0;
-        let mut spent = Duration::ZERO;
-        for _ in 0..ROUNDS {
-            let start = Instant::now();
-            bench.core.handle_frame(bench.now, link, &frame);
-            while bench.core.poll_transmit().is_some() {
-                frames += 1;
-            }
-            spent += start.elapsed();
-        }
-        println!("{what}: {:?}, {} frames", spent / ROUNDS, frames / ROUNDS);
-    };
-    measure("SYNC", "080#");
-    measure("SDO upload", "601#4001200000000000");
-    measure("SDO download", "601#2301200107000000");
-    measure("RPDO", "00001100#00000007");
-    measure("COB-ID written", "601#2300180100200060");
-    measure("nobody's frame", "7FF#00");
 }

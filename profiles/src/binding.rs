@@ -49,22 +49,16 @@ bindings! {
     DisableOperationOption = "disable_operation_option",
     /// 0x605D: reaction to the halt bit.
     HaltOption = "halt_option",
-    /// 0x605E: reaction to a fault.
-    FaultReactionOption = "fault_reaction_option",
     /// 0x6060: the requested mode.
     ModesOfOperation = "modes_of_operation",
     /// 0x6061: the mode in effect.
     ModesOfOperationDisplay = "modes_of_operation_display",
-    /// 0x6502: the modes this drive has.
-    SupportedDriveModes = "supported_drive_modes",
     /// 0x6062: where the axis ought to be.
     PositionDemand = "position_demand",
     /// 0x6064: where the axis is.
     PositionActual = "position_actual",
     /// 0x6065: largest tolerated following error.
     FollowingErrorWindow = "following_error_window",
-    /// 0x6066: how long a larger one is tolerated.
-    FollowingErrorTimeout = "following_error_timeout",
     /// 0x60F4: demand minus actual position.
     FollowingErrorActual = "following_error_actual",
     /// 0x6067: how near to the target counts as reached.
@@ -91,8 +85,6 @@ bindings! {
     MinPositionLimit = "min_position_limit",
     /// 0x607D:02: upper software position limit.
     MaxPositionLimit = "max_position_limit",
-    /// 0x607E: sign of position and velocity values.
-    Polarity = "polarity",
     /// 0x607F: velocity limit of profiles.
     MaxProfileVelocity = "max_profile_velocity",
     /// 0x6080: speed limit of the motor.
@@ -105,8 +97,6 @@ bindings! {
     ProfileDeceleration = "profile_deceleration",
     /// 0x6085: deceleration of a quick stop.
     QuickStopDeceleration = "quick_stop_deceleration",
-    /// 0x6086: shape of the velocity ramps.
-    MotionProfileType = "motion_profile_type",
     /// 0x60FF: how fast to go in the velocity modes.
     TargetVelocity = "target_velocity",
     /// 0x60C5: acceleration limit.
@@ -115,44 +105,14 @@ bindings! {
     MaxDeceleration = "max_deceleration",
     /// 0x60FD: switches and inputs.
     DigitalInputs = "digital_inputs",
-    /// 0x60FE:01: outputs.
-    DigitalOutputs = "digital_outputs",
-    /// 0x60FE:02: which outputs the bus controls.
-    DigitalOutputMask = "digital_output_mask",
-    /// 0x608F:01: encoder increments per 0x608F:02 motor revolutions.
-    EncoderIncrements = "encoder_increments",
-    /// 0x608F:02: motor revolutions per 0x608F:01 encoder increments.
-    EncoderMotorRevolutions = "encoder_motor_revolutions",
-    /// 0x6091:01: motor revolutions per 0x6091:02 shaft revolutions.
-    GearMotorRevolutions = "gear_motor_revolutions",
-    /// 0x6091:02: shaft revolutions per 0x6091:01 motor revolutions.
-    GearShaftRevolutions = "gear_shaft_revolutions",
-    /// 0x6092:01: feed in user units per 0x6092:02 shaft revolutions.
-    Feed = "feed",
-    /// 0x6092:02: shaft revolutions per 0x6092:01 user units.
-    FeedShaftRevolutions = "feed_shaft_revolutions",
-    /// JVL 0x2010: commands of the module.
-    JvlCommand = "jvl_command",
     /// JVL 0x2011:01: inputs of the module.
     JvlInputs = "jvl_inputs",
-    /// JVL 0x2011:02: outputs of the module.
-    JvlOutputs = "jvl_outputs",
     /// JVL 0x2011:03: state of the motor in bits.
     JvlMotorStatus = "jvl_motor_status",
-    /// JVL 0x2011:04: ERR_STAT at the last fatal error.
-    JvlLastError = "jvl_last_error",
-    /// JVL motor register MODE_REG: the motor's own operating mode.
-    JvlMode = "jvl_mode",
-    /// JVL motor register P_SOLL: requested position.
-    JvlPSoll = "jvl_p_soll",
     /// JVL motor register P_IST: actual position.
     JvlPIst = "jvl_p_ist",
     /// JVL motor register V_IST: actual velocity in counts per sample.
     JvlVIst = "jvl_v_ist",
-    /// JVL motor register ERR_STAT: faults and state in bits.
-    JvlErrStat = "jvl_err_stat",
-    /// JVL motor register VF_OUT: actual torque.
-    JvlVfOut = "jvl_vf_out",
 }
 
 /// A name that no behaviour has.

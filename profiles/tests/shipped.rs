@@ -126,3 +126,15 @@ fn a_run_of_pdos_counts_its_numbers_and_cob_ids() {
     let wrong = Profile::parse("text", &text.replace("last = 6", "last = 2"), None).unwrap_err().to_string();
     assert!(wrong.contains("write a number from 3 to 512"), "{wrong}");
 }
+
+/// A name that a profile file may bind to and that nothing acts on would be a promise without a witness.
+#[test]
+fn every_behaviour_has_code_behind_it() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let files =
+        ["device.rs", "cia402/drive.rs", "cia402/limits.rs", "cia402/position.rs", "cia402/velocity.rs"];
+    let code: String = files.map(|file| std::fs::read_to_string(folder.join(file)).unwrap()).concat();
+    for binding in Binding::ALL {
+        assert!(code.contains(&format!("Binding::{binding:?}")), "`{binding}` has nothing behind it");
+    }
+}

@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod axis;
+mod controller;
 mod drive;
 mod generator;
 mod limits;
@@ -18,6 +19,7 @@ mod status;
 mod units;
 
 pub use axis::Axis;
+pub use controller::{Coefficients, PositionController};
 pub use drive::{Capabilities, Command, Drive, DriveFault, DriveState, Feedback, Switches};
 pub use generator::{Generator, Goal};
 pub use limits::{Limits, PositionRange};

@@ -339,6 +339,15 @@ mod tests {
     }
 
     #[test]
+    fn half_of_what_a_quantum_covers_is_left_standing() {
+        let mut pulses = output(false);
+        for way in [-0.5, 0.5] {
+            assert_eq!(pulses.step(Position(way * QUANTUM), false).frequency_quanta, 0);
+        }
+        assert_eq!(pulses.step(Position(0.51 * QUANTUM), false).frequency_quanta, 1);
+    }
+
+    #[test]
     fn boost_is_on_from_the_announcement_to_the_end_of_the_motion() {
         // MACCON MAC4 User Manual, section 7.2: 80 ms, ten periods.
         let mut pulses = output(false);

@@ -70,8 +70,7 @@ impl PositionController {
         Self { coefficients, limit: FULL_SCALE, last_error: None, lead_lag: 0, integral: 0 }
     }
 
-    /// Replaces the coefficients. Both parts keep their values, so the output does not jump at standing
-    /// error but by the change of `K`.
+    /// Replaces the coefficients. Both parts keep their values, so the integral part does not jump.
     pub fn set_coefficients(&mut self, coefficients: Coefficients) {
         self.coefficients = coefficients;
     }

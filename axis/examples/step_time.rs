@@ -1,0 +1,26 @@
+//! Measures what one raster step of 1 ms costs: `cargo run --release -p axis --example step_time`.
+
+use std::time::Instant;
+
+use axis::{Command, Drive, Period, Position, ServoConfig, SetPoint, SimulatedServo, Torque, Velocity};
+
+const STEPS: u32 = 2_000_000;
+
+/// Nanoseconds per step of a drive that runs at 100 000 counts/s.
+fn nanos_per_step(config: ServoConfig) -> f64 {
+    let mut servo = SimulatedServo::new(Period::MILLISECOND, config);
+    let set_point = SetPoint { velocity: Velocity(100_000.0), ..SetPoint::default() };
+    let mut command = Command { enable: true, set_point, torque_limit: Torque(3000.0), reset_fault: false };
+    let start = Instant::now();
+    for _ in 0..STEPS {
+        let place = servo.step(&command).position;
+        command.set_point.position = place + Position(100.0);
+    }
+    start.elapsed().as_secs_f64() * 1e9 / f64::from(STEPS)
+}
+
+fn main() {
+    for _ in 0..5 {
+        println!("{:7.1} ns", nanos_per_step(ServoConfig::default()));
+    }
+}

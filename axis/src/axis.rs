@@ -1,6 +1,6 @@
 //! One axis: goals in, set-points to the drive, status out.
 
-use crate::drive::{Command, Drive, DriveState, Feedback};
+use crate::drive::{Command, Drive, DriveState, Feedback, Switches};
 use crate::generator::{Generator, Goal};
 use crate::limits::{Limits, PositionRange};
 use crate::profile::{Profile, SetPoint};
@@ -189,8 +189,15 @@ impl Axis {
         };
         self.status.voltage = feedback.voltage;
         self.status.temperature = feedback.temperature;
-        self.status.switches = feedback.switches;
-        self.status.index = feedback.index.map(|index| index + self.offset);
+        let inputs = feedback.inputs;
+        self.status.switches = Switches {
+            positive_limit: inputs.positive_limit,
+            negative_limit: inputs.negative_limit,
+            home: inputs.home,
+        };
+        if let Some(index) = feedback.latches.index {
+            self.status.index = Some(index + self.offset);
+        }
     }
 
     fn supervise(&mut self, was_running: bool) {

@@ -1,5 +1,7 @@
 //! What an axis needs from a drive, simulated or real.
 
+use crate::inputs::{Inputs, Latches};
+use crate::plant::Plant;
 use crate::profile::SetPoint;
 use crate::units::{Position, Temperature, Torque, Velocity, Voltage};
 
@@ -13,6 +15,11 @@ pub trait Drive: Send {
     /// What the drive does by itself.
     fn capabilities(&self) -> Capabilities {
         Capabilities::default()
+    }
+
+    /// The plant of a simulated drive, to break and to repair it.
+    fn plant(&mut self) -> Option<&mut Plant> {
+        None
     }
 }
 
@@ -48,10 +55,10 @@ pub struct Feedback {
     pub voltage: Voltage,
     /// Temperature of the power stage.
     pub temperature: Temperature,
-    /// Position switches.
-    pub switches: Switches,
-    /// Exact place of the last index passage; `None` until the first.
-    pub index: Option<Position>,
+    /// Levels of the inputs.
+    pub inputs: Inputs,
+    /// Where index and switches changed since the last sample.
+    pub latches: Latches,
 }
 
 /// State of a drive's power stage.

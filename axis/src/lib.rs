@@ -11,6 +11,7 @@ mod axis;
 mod controller;
 mod drive;
 mod generator;
+mod inputs;
 mod limits;
 mod measurement;
 mod plant;
@@ -24,9 +25,13 @@ pub use axis::Axis;
 pub use controller::{Coefficients, PositionController};
 pub use drive::{Capabilities, Command, Drive, DriveFault, DriveState, Feedback, Switches};
 pub use generator::{Generator, Goal};
+pub use inputs::{Input, Inputs, Latches};
 pub use limits::{Limits, PositionRange};
 pub use measurement::{Coding, Counting, Measurement, OutOfRange, Scale, Sensor, SensorConfig};
-pub use plant::{Plant, PlantConfig};
+pub use plant::{
+    Amplifier, AmplifierConfig, AmplifierMode, DcLink, EncoderBreak, Load, Noise, Overload, Plant,
+    PlantConfig, PlantFault, ScheduledFault, Stepper, StepperConfig, Supply, Thermal,
+};
 pub use profile::{Profile, SetPoint};
 pub use pulses::{InMotion, MAX_QUANTA, PulseOutput, Pulses};
 pub use servo::{ServoConfig, SimulatedServo};

@@ -1,179 +1,263 @@
-//! The simulated mechanics: a motor with a load, friction, an encoder, switches and hard stops.
+//! The simulated plant: a motor with a load, its sensors and switches, its supply and its faults.
+//!
+//! What a configuration does not use costs nothing: the mechanics, the index and the switches run always,
+//! everything else only where it is modelled.
 
-use core::f64::consts::TAU;
+mod amplifier;
+mod config;
+mod encoder;
+mod faults;
+mod heat;
+mod mechanics;
+mod noise;
+mod stepper;
+mod supply;
+mod switches;
 
-use crate::drive::Switches;
-use crate::limits::PositionRange;
-use crate::units::{Position, Torque, Velocity};
+pub use amplifier::{Amplifier, AmplifierConfig, AmplifierMode};
+pub use config::PlantConfig;
+pub use encoder::EncoderBreak;
+pub use faults::{PlantFault, ScheduledFault};
+pub use heat::{Overload, Thermal};
+pub use mechanics::Load;
+pub use noise::Noise;
+pub use stepper::{Stepper, StepperConfig};
+pub use supply::{DcLink, Supply};
 
-/// Speed below which friction holds what no torque drives, in counts/s.
-const REST: f64 = 1e-3;
+use encoder::{Index, Sensor};
+use faults::Schedule;
+use heat::Heat;
+use mechanics::Mechanics;
+use supply::Feed;
+use switches::Switches;
 
-/// What the plant is made of. A value that makes no sense (not a number, not positive where it has to be)
-/// counts as its default.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PlantConfig {
-    /// Encoder resolution.
-    pub counts_per_revolution: u32,
-    /// Torque that is 1000 per mille, in N·m.
-    pub rated_torque_nm: f64,
-    /// Highest torque of the motor.
-    pub peak_torque: Torque,
-    /// Inertia of the rotor, in kg·m².
-    pub motor_inertia_kgm2: f64,
-    /// Inertia of the load as the motor sees it, in kg·m².
-    pub load_inertia_kgm2: f64,
-    /// Friction torque in proportion to speed, in N·m·s/rad.
-    pub viscous_friction_nms: f64,
-    /// Friction torque that only has a direction, in N·m.
-    pub coulomb_friction_nm: f64,
-    /// Where the plant stands at the start.
-    pub start: Position,
-    /// Where in a revolution the index pulse is.
-    pub index: Position,
-    /// The positive limit switch is actuated from here on upwards.
-    pub positive_switch: Option<Position>,
-    /// The negative limit switch is actuated from here on downwards.
-    pub negative_switch: Option<Position>,
-    /// The home switch is actuated in this range.
-    pub home_switch: Option<PositionRange>,
-    /// Hard stops: the plant cannot leave this range.
-    pub stops: Option<PositionRange>,
-}
+use crate::drive::DriveFault;
+use crate::inputs::{Inputs, Latches};
+use crate::units::{Position, Temperature, Torque, Velocity, Voltage, rounded};
 
-impl Default for PlantConfig {
-    /// A 400 W servo motor with a load of about three times its own inertia.
-    fn default() -> Self {
-        Self {
-            counts_per_revolution: 8192,
-            rated_torque_nm: 1.27,
-            peak_torque: Torque(3000.0),
-            motor_inertia_kgm2: 3e-5,
-            load_inertia_kgm2: 1e-4,
-            viscous_friction_nms: 1e-4,
-            coulomb_friction_nm: 0.03,
-            start: Position(0.0),
-            index: Position(0.0),
-            positive_switch: None,
-            negative_switch: None,
-            home_switch: None,
-            stops: None,
-        }
-    }
-}
-
-/// The mechanics in motion. Its position is continuous; the encoder shows whole counts of it.
+/// The plant in motion. Its position is continuous; the encoder shows whole counts of it.
 #[derive(Clone, Debug)]
 pub struct Plant {
-    peak: f64,
-    /// Acceleration by one per mille of torque, in counts/s².
-    gain: f64,
-    /// Coulomb friction as a deceleration, in counts/s².
-    coulomb: f64,
-    /// Viscous friction as a deceleration per velocity, in 1/s.
-    viscous: f64,
-    counts: f64,
-    index_at: f64,
-    stops: PositionRange,
-    config: PlantConfig,
-    position: f64,
-    velocity: f64,
-    index: Option<Position>,
+    mechanics: Mechanics,
+    index: Index,
+    switches: Switches,
+    latches: Latches,
+    /// Anything else has to be stepped.
+    has_more: bool,
+    /// Something was changed from outside since the last step.
+    is_touched: bool,
+    /// What the power electronics trip on.
+    fault: Option<DriveFault>,
+    injected_fault: Option<DriveFault>,
+    monitors_encoder: bool,
+    sensor: Sensor,
+    feed: Feed,
+    heat: Heat,
+    schedule: Schedule,
 }
 
 impl Plant {
+    /// Longest step, in seconds.
+    const LONGEST: f64 = 1.0;
+
     /// A plant at rest at its start.
     #[must_use]
     pub fn new(config: PlantConfig) -> Self {
-        let default = PlantConfig::default();
-        let inertia = within(config.motor_inertia_kgm2, 1e-9, 1e6, default.motor_inertia_kgm2)
-            + within(config.load_inertia_kgm2, 0.0, 1e6, default.load_inertia_kgm2);
-        let rated = within(config.rated_torque_nm, 1e-6, 1e6, default.rated_torque_nm);
+        let mechanics = Mechanics::new(&config);
         let counts = f64::from(config.counts_per_revolution.max(1));
-        let coulomb = within(config.coulomb_friction_nm, 0.0, 1e6, default.coulomb_friction_nm);
-        let stops = config.stops.unwrap_or(PositionRange::EXACT);
-        Self {
-            peak: within(config.peak_torque.0, 0.0, 1e6, default.peak_torque.0),
-            gain: rated / 1000.0 / inertia * counts / TAU,
-            coulomb: coulomb / inertia * counts / TAU,
-            viscous: within(config.viscous_friction_nms, 0.0, 1e6, default.viscous_friction_nms) / inertia,
-            counts,
-            index_at: within(config.index.0, -1e9, 1e9, default.index.0),
-            position: stops.nearest(Position(within(config.start.0, -1e15, 1e15, default.start.0))).0,
-            velocity: 0.0,
-            index: None,
-            stops,
-            config,
-        }
+        let mut new = Self {
+            index: Index::new(within(config.index.0, -1e9, 1e9, 0.0), counts, mechanics.position()),
+            switches: Switches::new(&config, mechanics.load_position()),
+            latches: Latches::default(),
+            has_more: false,
+            is_touched: true,
+            fault: None,
+            injected_fault: None,
+            monitors_encoder: config.monitors_encoder,
+            sensor: Sensor::new(config.noise, config.encoder_break, counts),
+            feed: Feed::new(config.supply),
+            heat: Heat::new(config.ambient, config.thermal, config.overload),
+            schedule: Schedule::new(config.faults),
+            mechanics,
+        };
+        new.touch();
+        new
     }
 
-    /// Lets `torque` (at most the peak torque) work for `seconds`; friction and stops work along.
+    /// Lets `torque` (at most the peak torque) work for `seconds`; everything else works along. A torque that
+    /// is not a number and a time that is not from 0 to 1 count as zero.
+    #[inline]
     pub fn step(&mut self, torque: Torque, seconds: f64) {
-        let drive = torque.0.max(-self.peak).min(self.peak) * self.gain;
-        let free = (self.velocity + drive * seconds) / (1.0 + self.viscous * seconds);
-        let friction = self.coulomb * seconds;
-        let rubbed = if free > 0.0 { (free - friction).max(0.0) } else { (free + friction).min(0.0) };
-        let before = self.position;
-        self.velocity = if drive.abs() > 0.0 || rubbed.abs() > REST { rubbed } else { 0.0 };
-        self.position += self.velocity * seconds;
-        self.hit_stops();
-        self.pass_index(before);
+        let torque = if torque.0.is_nan() { Torque(0.0) } else { torque };
+        let seconds = within(seconds, 0.0, Self::LONGEST, 0.0);
+        self.is_touched = false;
+        if self.has_more {
+            self.apply_schedule(seconds);
+        }
+        self.mechanics.step(torque, seconds);
+        if let Some(index) = self.index.pass(self.mechanics.position()) {
+            self.latches.index = Some(index);
+        }
+        self.switches.pass(self.mechanics.load_position(), self.mechanics.gap(), &mut self.latches);
+        if self.has_more {
+            self.step_more(torque, seconds);
+        }
     }
 
     /// What the encoder shows: the nearest whole count.
     #[must_use]
     pub fn encoder(&self) -> Position {
-        Position((self.position + 0.5).floor())
+        if self.has_more {
+            self.sensor.position(self.mechanics.position())
+        } else {
+            Position(rounded(self.mechanics.position()))
+        }
     }
 
-    /// The velocity, as an ideal tachometer shows it.
+    /// The velocity of the motor, as its encoder shows it.
     #[must_use]
     pub fn velocity(&self) -> Velocity {
-        Velocity(self.velocity)
-    }
-
-    /// The exact place of the last index passage.
-    #[must_use]
-    pub fn index(&self) -> Option<Position> {
-        self.index
-    }
-
-    /// The switches at the present place.
-    #[must_use]
-    pub fn switches(&self) -> Switches {
-        let place = self.encoder();
-        Switches {
-            positive_limit: self.config.positive_switch.is_some_and(|from| place >= from),
-            negative_limit: self.config.negative_switch.is_some_and(|from| place <= from),
-            home: self.config.home_switch.is_some_and(|range| range.contains(place)),
+        if self.has_more {
+            self.sensor.velocity(self.mechanics.velocity())
+        } else {
+            Velocity(self.mechanics.velocity())
         }
     }
 
-    /// The torque that accelerates the plant by `acceleration` (counts/s²) while it moves at `velocity`
-    /// (counts/s).
+    /// Where the motor truly is, also between counts.
+    #[must_use]
+    pub fn motor_position(&self) -> Position {
+        Position(self.mechanics.position())
+    }
+
+    /// Where the load truly is, also between counts.
+    #[must_use]
+    pub fn load_position(&self) -> Position {
+        Position(self.mechanics.load_position())
+    }
+
+    /// How fast the motor truly is.
+    #[must_use]
+    pub fn motor_velocity(&self) -> Velocity {
+        Velocity(self.mechanics.velocity())
+    }
+
+    /// The levels of the inputs.
+    #[must_use]
+    pub fn inputs(&self) -> Inputs {
+        self.switches.levels(self.fault.is_some())
+    }
+
+    /// Where signals changed since the last call.
+    pub fn take_latches(&mut self) -> Latches {
+        core::mem::take(&mut self.latches)
+    }
+
+    /// The supply of the power stage.
+    #[must_use]
+    pub fn supply(&self) -> Voltage {
+        self.feed.voltage()
+    }
+
+    /// The temperature of the motor.
+    #[must_use]
+    pub fn temperature(&self) -> Temperature {
+        self.heat.temperature()
+    }
+
+    /// The part of the overload capacity (I²t) that is used up; 1 is the limit.
+    #[must_use]
+    pub fn overload(&self) -> f64 {
+        self.heat.utilisation()
+    }
+
+    /// What the power electronics trip on, as long as it lasts.
+    #[must_use]
+    pub fn fault(&self) -> Option<DriveFault> {
+        self.fault
+    }
+
+    /// Whether another step without torque would change nothing.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        let is_over = self.mechanics.is_at_rest() && self.schedule.is_over();
+        is_over && !self.is_touched && self.feed.is_settled() && self.heat.is_settled()
+    }
+
+    /// Hangs another load on the motor, also on the move; what makes no sense counts as zero.
+    pub fn set_load(&mut self, load: Load) {
+        self.mechanics.set_load(&load);
+        self.touch();
+    }
+
+    /// Breaks something.
+    pub fn inject(&mut self, fault: PlantFault) {
+        self.change(fault, true);
+    }
+
+    /// Repairs it, whatever the fault's voltage, level or cause.
+    pub fn clear(&mut self, fault: PlantFault) {
+        self.change(fault, false);
+    }
+
+    /// The torque that accelerates motor and load by `acceleration` (counts/s²) while they move at
+    /// `velocity` (counts/s).
     #[must_use]
     pub(crate) fn torque_for(&self, acceleration: f64, velocity: f64) -> Torque {
-        let direction = if velocity == 0.0 { 0.0 } else { velocity.signum() };
-        Torque((acceleration + self.viscous * velocity + self.coulomb * direction) / self.gain)
+        self.mechanics.torque_for(acceleration, velocity)
     }
 
-    fn hit_stops(&mut self) {
-        let free = Position(self.position);
-        if !self.stops.contains(free) {
-            self.position = self.stops.nearest(free).0;
-            self.velocity = 0.0;
-        }
+    /// The motor's part of the whole inertia, where there is play between motor and load.
+    #[must_use]
+    pub(crate) fn loose_motor(&self) -> Option<f64> {
+        self.mechanics.loose_motor()
     }
 
-    fn pass_index(&mut self, before: f64) {
-        let revolution = |position: f64| ((position - self.index_at) / self.counts).floor();
-        let (from, to) = (revolution(before), revolution(self.position));
-        let at = |revolution: f64| Some(Position(revolution * self.counts + self.index_at));
-        if to > from {
-            self.index = at(to);
-        } else if to < from {
-            self.index = at(to + 1.0);
+    fn change(&mut self, fault: PlantFault, is_on: bool) {
+        match fault {
+            PlantFault::EncoderBreak => {
+                let place = self.encoder();
+                self.sensor.break_at(is_on.then_some(place));
+            }
+            PlantFault::StuckSwitch(input, level) => {
+                let place = self.encoder();
+                self.switches.stick(input, is_on.then_some(level), place, &mut self.latches);
+            }
+            PlantFault::BlockedShaft => self.mechanics.set_blocked(is_on),
+            PlantFault::DriveFault(cause) => self.injected_fault = is_on.then_some(cause),
+            PlantFault::SupplyDip(voltage) => self.feed.set_dip(is_on.then_some(voltage)),
         }
+        self.touch();
+    }
+
+    fn touch(&mut self) {
+        self.is_touched = true;
+        let has_power = self.feed.is_modelled() || self.heat.is_modelled();
+        self.has_more = has_power || self.sensor.is_disturbed() || !self.schedule.is_over();
+        self.fault = self.find_fault();
+    }
+
+    #[inline(never)]
+    fn apply_schedule(&mut self, seconds: f64) {
+        while let Some(change) = self.schedule.take_due(seconds) {
+            self.change(change.fault, change.begins);
+        }
+        self.schedule.pass(seconds);
+        self.is_touched = false;
+    }
+
+    #[inline(never)]
+    fn step_more(&mut self, torque: Torque, seconds: f64) {
+        let applied = self.mechanics.limited(torque);
+        self.feed.step(self.mechanics.power(applied), applied.0 / 1000.0, seconds);
+        self.heat.step(applied.0, seconds);
+        self.sensor.sample(torque.0 == 0.0 && self.mechanics.is_at_rest());
+        self.fault = self.find_fault();
+    }
+
+    fn find_fault(&self) -> Option<DriveFault> {
+        let encoder = (self.monitors_encoder && self.sensor.is_broken()).then_some(DriveFault::Encoder);
+        self.injected_fault.or(encoder).or_else(|| self.feed.fault()).or_else(|| self.heat.fault())
     }
 }
 
@@ -183,101 +267,4 @@ fn within(value: f64, min: f64, max: f64, default: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const STEP: f64 = 125e-6;
-
-    fn run(plant: &mut Plant, torque: f64, steps: u32) {
-        (0..steps).for_each(|_| plant.step(Torque(torque), STEP));
-    }
-
-    #[test]
-    fn torque_below_the_friction_moves_nothing() {
-        let mut plant = Plant::new(PlantConfig::default());
-        run(&mut plant, 23.0, 1000);
-        assert_eq!(plant.velocity(), Velocity(0.0));
-        run(&mut plant, 24.0, 1000);
-        assert!(plant.velocity() > Velocity(0.0));
-    }
-
-    #[test]
-    fn rated_torque_accelerates_the_inertia() {
-        let config =
-            PlantConfig { coulomb_friction_nm: 0.0, viscous_friction_nms: 0.0, ..PlantConfig::default() };
-        let mut plant = Plant::new(config);
-        run(&mut plant, 1000.0, 80);
-        let expected = 1.27 / 1.3e-4 / TAU * 8192.0 * 0.01;
-        assert!((plant.velocity().0 - expected).abs() < 1e-6 * expected);
-    }
-
-    #[test]
-    fn coasting_slows_down_by_friction_only_and_ends_at_rest() {
-        let mut plant = Plant::new(PlantConfig::default());
-        run(&mut plant, 500.0, 800);
-        let mut last = plant.velocity().0;
-        let coulomb = 0.03 / 1.3e-4 / TAU * 8192.0 * STEP;
-        while last > 0.0 {
-            run(&mut plant, 0.0, 1);
-            let lost = last - plant.velocity().0;
-            let viscous = last * 1e-4 / 1.3e-4 * STEP;
-            assert!(lost > 0.0 && lost <= coulomb + viscous + 1e-9);
-            last = plant.velocity().0;
-        }
-        let rest = plant.position;
-        run(&mut plant, 0.0, 100);
-        assert_eq!(plant.position.to_bits(), rest.to_bits());
-    }
-
-    #[test]
-    fn the_index_is_latched_exactly_in_both_directions() {
-        let mut plant = Plant::new(PlantConfig { index: Position(100.0), ..PlantConfig::default() });
-        assert_eq!(plant.index(), None);
-        while plant.encoder() < Position(9000.0) {
-            run(&mut plant, 200.0, 1);
-        }
-        assert_eq!(plant.index(), Some(Position(8292.0)));
-        while plant.encoder() > Position(50.0) {
-            run(&mut plant, -200.0, 1);
-        }
-        assert_eq!(plant.index(), Some(Position(100.0)));
-    }
-
-    #[test]
-    fn switches_and_hard_stops_are_where_they_were_put() {
-        let range = |min, max| PositionRange::new(Position(min), Position(max));
-        let mut plant = Plant::new(PlantConfig {
-            positive_switch: Some(Position(900.0)),
-            negative_switch: Some(Position(-900.0)),
-            home_switch: range(-10.0, 10.0),
-            stops: range(-1000.0, 1000.0),
-            ..PlantConfig::default()
-        });
-        assert_eq!(plant.switches(), Switches { home: true, ..Switches::default() });
-        run(&mut plant, 100.0, 4000);
-        assert_eq!(plant.switches(), Switches { positive_limit: true, ..Switches::default() });
-        assert_eq!((plant.encoder(), plant.velocity()), (Position(1000.0), Velocity(0.0)));
-        run(&mut plant, -100.0, 4000);
-        assert_eq!(plant.switches(), Switches { negative_limit: true, ..Switches::default() });
-    }
-
-    #[test]
-    fn a_plant_of_nonsense_is_the_default_one() {
-        let nan = f64::NAN;
-        let mut plant = Plant::new(PlantConfig {
-            counts_per_revolution: 0,
-            rated_torque_nm: nan,
-            peak_torque: Torque(nan),
-            motor_inertia_kgm2: 0.0,
-            load_inertia_kgm2: -1.0,
-            viscous_friction_nms: f64::INFINITY,
-            coulomb_friction_nm: nan,
-            start: Position(nan),
-            index: Position(nan),
-            ..PlantConfig::default()
-        });
-        run(&mut plant, f64::NAN, 10);
-        run(&mut plant, f64::INFINITY, 100);
-        assert!(plant.velocity().0.is_finite() && plant.encoder().0.is_finite());
-    }
-}
+mod tests;

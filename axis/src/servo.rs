@@ -3,33 +3,24 @@
 use crate::drive::{Capabilities, Command, Drive, DriveState, Feedback};
 use crate::plant::{Plant, PlantConfig};
 use crate::profile::SetPoint;
-use crate::units::{Period, Temperature, Torque, Voltage};
+use crate::units::{Period, Torque, cut};
 
 /// Longest period of the inner controller, in ns.
-const INNER_NANOS: u64 = 125_000;
+const INNER_NANOS: u64 = 250_000;
 
 /// What a simulated drive is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServoConfig {
-    /// The mechanics.
+    /// Everything but the controller.
     pub plant: PlantConfig,
     /// Raster steps from the enable command to power on.
     pub enabling_steps: u32,
-    /// Supply it reports.
-    pub voltage: Voltage,
-    /// Temperature it reports.
-    pub temperature: Temperature,
 }
 
 impl Default for ServoConfig {
-    /// The default plant, enabled after 10 steps, at 48 V and 25 °C.
+    /// The default plant, enabled after 10 steps.
     fn default() -> Self {
-        Self {
-            plant: PlantConfig::default(),
-            enabling_steps: 10,
-            voltage: Voltage(48.0),
-            temperature: Temperature(25.0),
-        }
+        Self { plant: PlantConfig::default(), enabling_steps: 10 }
     }
 }
 
@@ -45,8 +36,6 @@ pub struct SimulatedServo {
     state: DriveState,
     steps: u64,
     torque: Torque,
-    voltage: Voltage,
-    temperature: Temperature,
 }
 
 impl SimulatedServo {
@@ -64,13 +53,13 @@ impl SimulatedServo {
             state: DriveState::Disabled,
             steps: 0,
             torque: Torque(0.0),
-            voltage: config.voltage,
-            temperature: config.temperature,
         }
     }
 
-    fn switch(&mut self, enable: bool) {
-        self.state = match (self.state, enable) {
+    fn switch(&mut self, command: &Command) {
+        let can_reset = command.reset_fault && self.plant.fault().is_none();
+        self.state = match (self.state, command.enable) {
+            (DriveState::Fault(_), _) if can_reset => DriveState::Disabled,
             (fault @ (DriveState::Fault(_) | DriveState::Lost), _) => fault,
             (_, false) => DriveState::Disabled,
             (DriveState::Enabled, true) => DriveState::Enabled,
@@ -93,22 +82,37 @@ impl SimulatedServo {
         DriveState::Enabled
     }
 
+    /// Follows the set-point, until the power electronics trip.
     fn drive(&mut self, set_point: &SetPoint, limit: Torque) {
+        let gains = Gains::of(&self.plant, self.inner_seconds);
         for left in (1..=self.inner_steps).rev() {
-            let target = earlier(set_point, f64::from(left) * self.inner_seconds);
-            self.torque = self.controller.torque(&self.plant, &target, limit, self.inner_seconds);
+            if self.plant.fault().is_some() {
+                return self.coast(left);
+            }
+            let target = earlier(set_point, f64::from(left), self.inner_seconds);
+            self.torque = self.controller.torque(&self.plant, &gains, &target, limit, self.inner_seconds);
             self.plant.step(self.torque, self.inner_seconds);
         }
     }
 
-    fn coast(&mut self) {
+    fn coast(&mut self, inner_steps: u32) {
         self.torque = Torque(0.0);
-        for _ in 0..self.inner_steps {
+        for _ in 0..inner_steps {
             self.plant.step(self.torque, self.inner_seconds);
         }
     }
 
-    fn feedback(&self) -> Feedback {
+    fn trip(&mut self) {
+        self.state = match (self.state, self.plant.fault()) {
+            (kept @ (DriveState::Fault(_) | DriveState::Lost), _) | (kept, None) => kept,
+            (
+                DriveState::NotReady | DriveState::Disabled | DriveState::Enabling | DriveState::Enabled,
+                Some(cause),
+            ) => DriveState::Fault(cause),
+        };
+    }
+
+    fn feedback(&mut self) -> Feedback {
         Feedback {
             step: self.steps,
             valid: true,
@@ -116,10 +120,10 @@ impl SimulatedServo {
             position: self.plant.encoder(),
             velocity: self.plant.velocity(),
             torque: self.torque,
-            voltage: self.voltage,
-            temperature: self.temperature,
-            switches: self.plant.switches(),
-            index: self.plant.index(),
+            voltage: self.plant.supply(),
+            temperature: self.plant.temperature(),
+            inputs: self.plant.inputs(),
+            latches: self.plant.take_latches(),
         }
     }
 }
@@ -128,17 +132,48 @@ impl Drive for SimulatedServo {
     fn step(&mut self, command: &Command) -> Feedback {
         self.steps = self.steps.wrapping_add(1);
         let powered = self.state == DriveState::Enabled && command.enable;
-        self.switch(command.enable);
+        self.switch(command);
         if powered {
             self.drive(&command.set_point, command.torque_limit);
         } else {
-            self.coast();
+            self.coast(self.inner_steps);
         }
+        self.trip();
         self.feedback()
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities { sleeps: true, ..Capabilities::default() }
+        Capabilities { sleeps: self.plant.is_settled(), ..Capabilities::default() }
+    }
+
+    fn plant(&mut self) -> Option<&mut Plant> {
+        Some(&mut self.plant)
+    }
+}
+
+/// How hard the controller works.
+#[derive(Clone, Copy, Debug)]
+struct Gains {
+    /// Acceleration per velocity error, in 1/s.
+    velocity: f64,
+    /// Velocity per position error, in 1/s.
+    position: f64,
+    /// Growth of the integral part per velocity error, in 1/s².
+    integral: f64,
+}
+
+impl Gains {
+    /// Velocity gain where motor and load are one, in 1/s.
+    const RIGID: f64 = 1000.0;
+    /// Part of a velocity error that may be corrected in one step while the motor moves alone in its play.
+    const LOOSE: f64 = 0.8;
+
+    /// Gains that are stable on this plant at this step.
+    fn of(plant: &Plant, seconds: f64) -> Self {
+        let loose = plant.loose_motor().map_or(f64::MAX, |share| Self::LOOSE * share / seconds);
+        let velocity = Self::RIGID.min(loose);
+        let position = velocity / 5.0;
+        Self { velocity, position, integral: velocity * position / 4.0 }
     }
 }
 
@@ -150,36 +185,38 @@ struct Controller {
 }
 
 impl Controller {
-    /// Velocity per position error, in 1/s.
-    const POSITION_GAIN: f64 = 200.0;
-    /// Acceleration per velocity error, in 1/s.
-    const VELOCITY_GAIN: f64 = 1000.0;
-    /// Growth of the integral part per velocity error, in 1/s².
-    const INTEGRAL_GAIN: f64 = 50_000.0;
     /// Position error that quantisation hides, in counts.
     const DEAD_BAND: f64 = 0.5;
 
-    fn torque(&mut self, plant: &Plant, target: &SetPoint, limit: Torque, seconds: f64) -> Torque {
+    fn torque(
+        &mut self,
+        plant: &Plant,
+        gains: &Gains,
+        target: &SetPoint,
+        limit: Torque,
+        seconds: f64,
+    ) -> Torque {
         let lag = (target.position - plant.encoder()).0;
-        let lag = lag - lag.clamp(-Self::DEAD_BAND, Self::DEAD_BAND);
-        let wanted = target.velocity.0 + Self::POSITION_GAIN * lag;
+        let lag = lag - cut(lag, Self::DEAD_BAND);
+        let wanted = target.velocity.0 + gains.position * lag;
         let slip = wanted - plant.velocity().0;
-        let integral = self.integral + Self::INTEGRAL_GAIN * slip * seconds;
-        let acceleration = target.acceleration.0 + Self::VELOCITY_GAIN * slip + integral;
+        let integral = self.integral + gains.integral * slip * seconds;
+        let acceleration = target.acceleration.0 + gains.velocity * slip + integral;
         let torque = plant.torque_for(acceleration, wanted);
         if torque.abs() <= limit {
             self.integral = integral;
         }
-        Torque(torque.0.max(-limit.0).min(limit.0))
+        if torque.0.is_nan() { Torque(0.0) } else { Torque(cut(torque.0, limit.0)) }
     }
 }
 
-/// The set-point as it was `seconds` before its time.
-fn earlier(set_point: &SetPoint, seconds: f64) -> SetPoint {
-    let (velocity, acceleration) = (set_point.velocity.0, set_point.acceleration.0);
+/// The set-point as it was so many `steps` of `seconds` before its time; the velocity half a step earlier,
+/// where the plant has it: its position grows by velocity times step.
+fn earlier(set_point: &SetPoint, steps: f64, seconds: f64) -> SetPoint {
+    let (velocity, acceleration, time) = (set_point.velocity.0, set_point.acceleration.0, steps * seconds);
     let mut then = *set_point;
-    then.velocity.0 = velocity - acceleration * seconds;
-    then.position.0 -= (velocity - acceleration * seconds / 2.0) * seconds;
+    then.velocity.0 = velocity - acceleration * (time + seconds / 2.0);
+    then.position.0 -= (velocity - acceleration * time / 2.0) * time;
     then
 }
 

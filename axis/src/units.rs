@@ -106,6 +106,21 @@ pub(crate) fn magnitude(value: f64, max: f64) -> f64 {
     if value.is_nan() { 0.0 } else { value.abs().min(max) }
 }
 
+/// `value` cut to ±`most`; what is not a number stays so. Two instructions, unlike `max` and `min`.
+pub(crate) fn cut(value: f64, most: f64) -> f64 {
+    let below = if value > most { most } else { value };
+    if below < -most { -most } else { below }
+}
+
+/// The whole number nearest to `value`.
+pub(crate) fn rounded(value: f64) -> f64 {
+    /// Numbers of this size have no fraction, so that adding it rounds: 1.5 · 2^52.
+    const WHOLE: f64 = 6_755_399_441_055_744.0;
+    /// Below this a sum with it is that large: 2^51.
+    const MOST: f64 = 2_251_799_813_685_248.0;
+    if value.abs() < MOST { value + WHOLE - WHOLE } else { (value + 0.5).floor() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -123,5 +138,20 @@ mod tests {
         assert_eq!(magnitude(f64::NAN, 5.0).to_bits(), 0.0_f64.to_bits());
         assert_eq!(magnitude(f64::NEG_INFINITY, 5.0).to_bits(), 5.0_f64.to_bits());
         assert_eq!(magnitude(-3.0, 5.0).to_bits(), 3.0_f64.to_bits());
+    }
+
+    #[test]
+    fn a_cut_keeps_what_fits() {
+        let cuts = [-3.0, -2.0, 0.5, 7.0].map(|value| Torque(cut(value, 2.0)));
+        assert_eq!(cuts, [-2.0, -2.0, 0.5, 2.0].map(Torque));
+        assert!(cut(f64::NAN, 2.0).is_nan());
+    }
+
+    #[test]
+    fn rounding_goes_to_the_nearest_whole_number_of_any_size() {
+        for value in [0.0, 0.4999, -0.4999, 1.75, -1e9 - 0.25, 2_251_799_813_685_247.5, 9e15, -9e15, 1e300] {
+            assert!((rounded(value) - value).abs() <= 0.5, "{value}");
+            assert_eq!(rounded(value).to_bits(), rounded(value).floor().to_bits());
+        }
     }
 }

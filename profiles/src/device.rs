@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use core::time::Duration;
 
-use axis::{Axis, Period, PlantConfig, Position, ServoConfig, SimulatedServo, Torque, Velocity};
+use axis::{Axis, Load, Period, PlantConfig, Position, ServoConfig, SimulatedServo, Torque, Velocity};
 use od::{Dictionary, Instant, Schema, Slot};
 
 use crate::cia402::{Context, Drive402, Fault, Mode, State, Statusword, units};
@@ -330,7 +330,7 @@ fn servo(motor: &Motor) -> ServoConfig {
         rated_torque_nm: motor.rated_torque_nm,
         peak_torque: Torque(1000.0 * motor.peak_torque_factor),
         motor_inertia_kgm2: motor.rotor_inertia_kg_m2,
-        load_inertia_kgm2: motor.rotor_inertia_kg_m2,
+        load: Load { inertia_kgm2: motor.rotor_inertia_kg_m2, ..Load::default() },
         coulomb_friction_nm: motor.rated_torque_nm / 100.0,
         viscous_friction_nms: motor.rated_torque_nm / 100_000.0,
         ..PlantConfig::default()

@@ -1,6 +1,6 @@
 //! A simulated drive: the plant under a cascaded controller.
 
-use crate::drive::{Capabilities, Command, Drive, DriveState, Feedback};
+use crate::drive::{Capabilities, Command, Drive, DriveFault, DriveState, Feedback};
 use crate::plant::{Plant, PlantConfig};
 use crate::profile::SetPoint;
 use crate::units::{Period, Torque, cut};
@@ -86,29 +86,34 @@ impl SimulatedServo {
     fn drive(&mut self, set_point: &SetPoint, limit: Torque) {
         let gains = Gains::of(&self.plant, self.inner_seconds);
         for left in (1..=self.inner_steps).rev() {
-            if self.plant.fault().is_some() {
+            if self.state != DriveState::Enabled {
                 return self.coast(left);
             }
             let target = earlier(set_point, f64::from(left), self.inner_seconds);
-            self.torque = self.controller.torque(&self.plant, &gains, &target, limit, self.inner_seconds);
-            self.plant.step(self.torque, self.inner_seconds);
+            let torque = self.controller.torque(&self.plant, &gains, &target, limit, self.inner_seconds);
+            self.advance(torque);
         }
     }
 
     fn coast(&mut self, inner_steps: u32) {
-        self.torque = Torque(0.0);
-        for _ in 0..inner_steps {
-            self.plant.step(self.torque, self.inner_seconds);
+        (0..inner_steps).for_each(|_| self.advance(Torque(0.0)));
+    }
+
+    /// One inner step; a fault in it counts however short it is.
+    fn advance(&mut self, torque: Torque) {
+        self.torque = torque;
+        self.plant.step(torque, self.inner_seconds);
+        if let Some(cause) = self.plant.fault() {
+            self.trip(cause);
         }
     }
 
-    fn trip(&mut self) {
-        self.state = match (self.state, self.plant.fault()) {
-            (kept @ (DriveState::Fault(_) | DriveState::Lost), _) | (kept, None) => kept,
-            (
-                DriveState::NotReady | DriveState::Disabled | DriveState::Enabling | DriveState::Enabled,
-                Some(cause),
-            ) => DriveState::Fault(cause),
+    fn trip(&mut self, cause: DriveFault) {
+        self.state = match self.state {
+            kept @ (DriveState::Fault(_) | DriveState::Lost) => kept,
+            DriveState::NotReady | DriveState::Disabled | DriveState::Enabling | DriveState::Enabled => {
+                DriveState::Fault(cause)
+            }
         };
     }
 
@@ -138,7 +143,6 @@ impl Drive for SimulatedServo {
         } else {
             self.coast(self.inner_steps);
         }
-        self.trip();
         self.feedback()
     }
 

@@ -90,16 +90,18 @@ impl SimulatedServo {
                 return self.coast(left);
             }
             let target = earlier(set_point, f64::from(left), self.inner_seconds);
-            let torque = self.controller.torque(&self.plant, &gains, &target, limit, self.inner_seconds);
+            let torque = self.controller.torque(&self.plant, &gains, &target, limit);
             self.advance(torque);
         }
     }
 
+    #[inline(never)]
     fn coast(&mut self, inner_steps: u32) {
         (0..inner_steps).for_each(|_| self.advance(Torque(0.0)));
     }
 
     /// One inner step; a fault in it counts however short it is.
+    #[inline(always)]
     fn advance(&mut self, torque: Torque) {
         self.torque = torque;
         self.plant.step(torque, self.inner_seconds);
@@ -162,7 +164,7 @@ struct Gains {
     velocity: f64,
     /// Velocity per position error, in 1/s.
     position: f64,
-    /// Growth of the integral part per velocity error, in 1/s².
+    /// Growth of the integral part per velocity error and inner step, in 1/s.
     integral: f64,
 }
 
@@ -177,7 +179,7 @@ impl Gains {
         let loose = plant.loose_motor().map_or(f64::MAX, |share| Self::LOOSE * share / seconds);
         let velocity = Self::RIGID.min(loose);
         let position = velocity / 5.0;
-        Self { velocity, position, integral: velocity * position / 4.0 }
+        Self { velocity, position, integral: velocity * position / 4.0 * seconds }
     }
 }
 
@@ -192,23 +194,15 @@ impl Controller {
     /// Position error that quantisation hides, in counts.
     const DEAD_BAND: f64 = 0.5;
 
-    fn torque(
-        &mut self,
-        plant: &Plant,
-        gains: &Gains,
-        target: &SetPoint,
-        limit: Torque,
-        seconds: f64,
-    ) -> Torque {
+    fn torque(&mut self, plant: &Plant, gains: &Gains, target: &SetPoint, limit: Torque) -> Torque {
         let lag = (target.position - plant.encoder()).0;
         let lag = lag - cut(lag, Self::DEAD_BAND);
         let wanted = target.velocity.0 + gains.position * lag;
         let slip = wanted - plant.velocity().0;
-        let integral = self.integral + gains.integral * slip * seconds;
-        let acceleration = target.acceleration.0 + gains.velocity * slip + integral;
+        let acceleration = target.acceleration.0 + self.integral + gains.velocity * slip;
         let torque = plant.torque_for(acceleration, wanted);
         if torque.abs() <= limit {
-            self.integral = integral;
+            self.integral += gains.integral * slip;
         }
         if torque.0.is_nan() { Torque(0.0) } else { Torque(cut(torque.0, limit.0)) }
     }

@@ -2,7 +2,10 @@
 
 use std::time::Instant;
 
-use axis::{Command, Drive, Period, Position, ServoConfig, SetPoint, SimulatedServo, Torque, Velocity};
+use axis::{
+    Command, DcLink, Drive, Noise, Overload, Period, PlantConfig, Position, ServoConfig, SetPoint,
+    SimulatedServo, Supply, Thermal, Torque, Velocity,
+};
 
 const STEPS: u32 = 2_000_000;
 
@@ -19,8 +22,22 @@ fn nanos_per_step(config: ServoConfig) -> f64 {
     start.elapsed().as_secs_f64() * 1e9 / f64::from(STEPS)
 }
 
+/// Everything that a plant may have.
+fn everything() -> PlantConfig {
+    PlantConfig {
+        backlash: Position(10.0),
+        supply: Supply { dc_link: Some(DcLink::default()), ..Supply::default() },
+        thermal: Some(Thermal::default()),
+        overload: Some(Overload::default()),
+        noise: Noise { encoder: 1.0, velocity: 100.0, seed: 1 },
+        ..PlantConfig::default()
+    }
+}
+
 fn main() {
-    for _ in 0..5 {
-        println!("{:7.1} ns", nanos_per_step(ServoConfig::default()));
+    let loose = PlantConfig { backlash: Position(10.0), ..PlantConfig::default() };
+    for (name, plant) in [("default", PlantConfig::default()), ("backlash", loose), ("all", everything())] {
+        let config = ServoConfig { plant, ..ServoConfig::default() };
+        println!("{name:10} {:7.1} ns", nanos_per_step(config));
     }
 }

@@ -207,6 +207,12 @@ impl Plant {
         self.mechanics.torque_for(acceleration, velocity)
     }
 
+    /// The highest torque of the motor.
+    #[must_use]
+    pub(crate) fn peak_torque(&self) -> Torque {
+        self.mechanics.limited(Torque(f64::MAX))
+    }
+
     /// The motor's part of the whole inertia, where there is play between motor and load.
     #[must_use]
     pub(crate) fn loose_motor(&self) -> Option<f64> {
@@ -267,4 +273,4 @@ fn within(value: f64, min: f64, max: f64, default: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

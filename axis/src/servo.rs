@@ -3,7 +3,7 @@
 use crate::drive::{Capabilities, Command, Drive, DriveFault, DriveState, Feedback};
 use crate::plant::{Plant, PlantConfig};
 use crate::profile::SetPoint;
-use crate::units::{Period, Torque, cut};
+use crate::units::{Period, Torque, cut, magnitude};
 
 /// Longest period of the inner controller, in ns.
 const INNER_NANOS: u64 = 250_000;
@@ -85,6 +85,7 @@ impl SimulatedServo {
     /// Follows the set-point, until the power electronics trip.
     fn drive(&mut self, set_point: &SetPoint, limit: Torque) {
         let gains = Gains::of(&self.plant, self.inner_seconds);
+        let limit = Torque(magnitude(limit.0, self.plant.peak_torque().0));
         for left in (1..=self.inner_steps).rev() {
             if self.state != DriveState::Enabled {
                 return self.coast(left);

@@ -279,7 +279,7 @@ fn a_plant_of_nonsense_is_the_default_one() {
 }
 
 /// A number that a configuration should not hold, or an extreme one that it may.
-fn wild() -> impl Strategy<Value = f64> {
+pub(crate) fn wild() -> impl Strategy<Value = f64> {
     prop_oneof![
         Just(f64::NAN),
         Just(f64::INFINITY),
@@ -301,7 +301,7 @@ fn wild_load() -> impl Strategy<Value = Load> {
     })
 }
 
-fn wild_config() -> impl Strategy<Value = PlantConfig> {
+pub(crate) fn wild_config() -> impl Strategy<Value = PlantConfig> {
     let numbers = prop::collection::vec(wild(), 32);
     (numbers, wild_load(), any::<(u32, bool, u64)>()).prop_map(|(n, load, (counts, is_garbage, seed))| {
         let link = DcLink {

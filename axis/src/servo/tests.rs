@@ -1,5 +1,8 @@
+use proptest::prelude::*;
+
 use super::*;
 use crate::limits::PositionRange;
+use crate::plant::tests::{wild, wild_config};
 use crate::plant::{Load, Noise, Overload, PlantFault, ScheduledFault};
 use crate::units::{Position, Velocity, Voltage};
 
@@ -44,6 +47,20 @@ fn the_torque_limit_holds() {
     for _ in 0..200 {
         assert!(servo.step(&command).torque.abs() <= Torque(50.0));
     }
+}
+
+#[test]
+fn the_motor_gives_no_more_than_its_peak_and_winds_nothing_up_there() {
+    let mut servo = servo(PlantConfig { peak_torque: Torque(1000.0), ..PlantConfig::default() });
+    settle(&mut servo, 0.0);
+    servo.plant().unwrap().inject(PlantFault::BlockedShaft);
+    for _ in 0..1000 {
+        let command = Command { torque_limit: Torque(1e6), ..on(5000.0) };
+        assert_eq!(servo.step(&command).torque, Torque(1000.0));
+    }
+    servo.plant().unwrap().clear(PlantFault::BlockedShaft);
+    let highest = (0..1000).map(|_| servo.step(&on(100.0)).position.0).fold(0.0, f64::max);
+    assert!(highest <= 103.0, "{highest}");
 }
 
 #[test]
@@ -229,5 +246,30 @@ fn noise_makes_it_tremble_and_no_more() {
         let config = PlantConfig { noise, ..loaded(ratio, 0.03, 0.0, 0.0) };
         let (overshoot, rest) = jump(Period::MILLISECOND, config, 100.0);
         assert!(overshoot <= 6.0 && rest <= 6.0, "{overshoot} {rest}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn whatever_the_plant_and_the_command_every_number_is_finite(
+        plant in wild_config(),
+        commands in prop::collection::vec([wild(), wild(), wild(), wild()], 1..100),
+    ) {
+        let mut servo = servo(plant);
+        for [position, velocity, acceleration, limit] in commands {
+            let mut command = Command { torque_limit: Torque(limit), reset_fault: true, ..on(position) };
+            (command.set_point.velocity.0, command.set_point.acceleration.0) = (velocity, acceleration);
+            let shown = servo.step(&command);
+            let numbers = [
+                shown.position.0,
+                shown.velocity.0,
+                shown.torque.0,
+                shown.voltage.0,
+                shown.temperature.0,
+            ];
+            prop_assert!(numbers.into_iter().all(f64::is_finite), "{numbers:?}");
+        }
     }
 }

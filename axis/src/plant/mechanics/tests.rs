@@ -199,10 +199,10 @@ proptest! {
         let load = Load { gravity_nm: 0.0, coulomb_friction_nm: 0.05, ..config.load };
         let mut mechanics = Mechanics::new(&PlantConfig { load, ..config });
         run(&mut mechanics, torque, 400);
-        let slowest = mechanics.velocity().abs() + mechanics.load_velocity.abs();
-        let deceleration = 0.05 / 2e-3 * mechanics.counts_per_radian;
-        let steps = slowest / deceleration / STEP + 2.0 * 500.0;
-        run(&mut mechanics, 0.0, 10_000.0_f64.max(4.0 * steps) as u32);
+        let fastest = mechanics.velocity().abs() + mechanics.load_velocity.abs();
+        let inertia = config.motor_inertia_kgm2 + load.inertia_kgm2;
+        let deceleration = 0.05 / inertia * mechanics.counts_per_radian;
+        run(&mut mechanics, 0.0, (4.0 * fastest / deceleration / STEP) as u32 + 10_000);
         prop_assert!(mechanics.is_at_rest(), "{mechanics:?}");
         let rest = mechanics.position().to_bits();
         run(&mut mechanics, 0.0, 100);

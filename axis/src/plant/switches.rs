@@ -33,25 +33,31 @@ impl Cam {
         self.side == Side::On
     }
 
+    /// The ends of the cam as the load finds them from where it is.
+    fn ends(&self) -> (f64, f64) {
+        let wider = if self.is_on() { self.hysteresis } else { 0.0 };
+        (self.from - wider, self.to + wider)
+    }
+
     /// The range in which nothing changes.
     fn window(&self) -> (f64, f64) {
+        let (low, high) = self.ends();
         match self.side {
-            Side::Below => (f64::NEG_INFINITY, self.from),
-            Side::On => (self.from - self.hysteresis, self.to + self.hysteresis),
-            Side::Above => (self.to, f64::INFINITY),
+            Side::Below => (f64::NEG_INFINITY, low),
+            Side::On => (low, high),
+            Side::Above => (high, f64::INFINITY),
         }
     }
 
     /// Moves the load to `place`; the edge at which the switch changed last on the way.
     fn pass(&mut self, place: f64) -> Option<f64> {
-        let (low, high) = match self.side {
-            Side::On => (self.from - self.hysteresis, self.to + self.hysteresis),
-            Side::Below | Side::Above => (self.from, self.to),
-        };
-        let now = match place {
-            place if place < low => Side::Below,
-            place if place > high => Side::Above,
-            _ => Side::On,
+        let (low, high) = self.ends();
+        let now = if place < low {
+            Side::Below
+        } else if place > high {
+            Side::Above
+        } else {
+            Side::On
         };
         let before = core::mem::replace(&mut self.side, now);
         match (before, now) {

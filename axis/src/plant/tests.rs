@@ -372,7 +372,7 @@ fn shown(plant: &mut Plant) -> [u64; 8] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
     fn whatever_the_configuration_every_number_is_finite(

@@ -250,7 +250,7 @@ fn noise_makes_it_tremble_and_no_more() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
     fn whatever_the_plant_and_the_command_every_number_is_finite(

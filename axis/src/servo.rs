@@ -161,7 +161,7 @@ impl Drive for SimulatedServo {
 /// How hard the controller works.
 #[derive(Clone, Copy, Debug)]
 struct Gains {
-    /// Acceleration per velocity error, in 1/s.
+    /// Torque per velocity error, in per mille per count/s.
     velocity: f64,
     /// Velocity per position error, in 1/s.
     position: f64,
@@ -180,7 +180,11 @@ impl Gains {
         let loose = plant.loose_motor().map_or(f64::MAX, |share| Self::LOOSE * share / seconds);
         let velocity = Self::RIGID.min(loose);
         let position = velocity / 5.0;
-        Self { velocity, position, integral: velocity * position / 4.0 * seconds }
+        Self {
+            velocity: plant.torque_for(velocity, 0.0).0,
+            position,
+            integral: velocity * position / 4.0 * seconds,
+        }
     }
 }
 
@@ -198,10 +202,11 @@ impl Controller {
     fn torque(&mut self, plant: &Plant, gains: &Gains, target: &SetPoint, limit: Torque) -> Torque {
         let lag = (target.position - plant.encoder()).0;
         let lag = lag - cut(lag, Self::DEAD_BAND);
-        let wanted = target.velocity.0 + gains.position * lag;
-        let slip = wanted - plant.velocity().0;
-        let acceleration = target.acceleration.0 + self.integral + gains.velocity * slip;
-        let torque = plant.torque_for(acceleration, wanted);
+        let catch_up = gains.position * lag;
+        let slip = target.velocity.0 - plant.velocity().0 + catch_up;
+        let wanted = target.velocity.0 + catch_up;
+        let steady = plant.torque_for(target.acceleration.0 + self.integral, wanted);
+        let torque = Torque(steady.0 + gains.velocity * slip);
         if torque.abs() <= limit {
             self.integral += gains.integral * slip;
         }

@@ -88,7 +88,7 @@ impl Plant {
     /// is not a number and a time that is not from 0 to 1 count as zero.
     #[inline]
     pub fn step(&mut self, torque: Torque, seconds: f64) {
-        let torque = if torque.0.is_nan() { Torque(0.0) } else { torque };
+        let torque = if torque.0.is_nan() { no_torque() } else { torque };
         let seconds = within(seconds, 0.0, Self::LONGEST, 0.0);
         self.is_touched = false;
         if self.has_more {
@@ -265,6 +265,12 @@ impl Plant {
         let encoder = (self.monitors_encoder && self.sensor.is_broken()).then_some(DriveFault::Encoder);
         self.injected_fault.or(encoder).or_else(|| self.feed.fault()).or_else(|| self.heat.fault())
     }
+}
+
+/// What a torque that is no number counts as. Rare: as a branch of its own it costs the others nothing.
+#[cold]
+fn no_torque() -> Torque {
+    Torque(0.0)
 }
 
 /// `value` when it is a number from `min` to `max`, else `default`.

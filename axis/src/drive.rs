@@ -118,6 +118,7 @@ pub struct Capabilities {
     pub profiles_itself: bool,
     /// Finds its reference position itself.
     pub homes_itself: bool,
-    /// Needs no steps while it is off and at rest. A drive behind a bus needs every one.
+    /// Needs no steps while it is off and at rest; not while anything else still changes in it. A drive
+    /// behind a bus needs every one.
     pub sleeps: bool,
 }

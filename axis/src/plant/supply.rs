@@ -7,7 +7,7 @@ use crate::units::Voltage;
 /// What feeds the power stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Supply {
-    /// Voltage of the source.
+    /// Voltage of the source; the two thresholds have to fit to it.
     pub voltage: Voltage,
     /// The power stage trips below this.
     pub under_voltage: Voltage,

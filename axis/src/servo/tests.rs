@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::limits::PositionRange;
 use crate::plant::tests::{wild, wild_config};
-use crate::plant::{Load, Noise, Overload, PlantFault, ScheduledFault};
+use crate::plant::{DcLink, Load, Noise, Overload, PlantFault, ScheduledFault, Supply};
 use crate::units::{Position, Velocity, Voltage};
 
 fn servo(plant: PlantConfig) -> SimulatedServo {
@@ -162,6 +162,28 @@ fn an_overload_against_a_blocked_shaft_trips_in_time() {
     // Three times the rated torque for 9/8 s; the first steps have less.
     assert!((1124..=1126).contains(&steps), "{steps}");
     assert_eq!(servo.state, DriveState::Fault(DriveFault::Overload));
+}
+
+#[test]
+fn braking_a_heavy_load_trips_over_voltage_unless_a_chopper_burns_the_energy() {
+    for (chopper, expected) in
+        [(None, DriveState::Fault(DriveFault::OverVoltage)), (Some(Voltage(60.0)), DriveState::Enabled)]
+    {
+        let supply = Supply { dc_link: Some(DcLink { chopper, ..DcLink::default() }), ..Supply::default() };
+        let load = Load { inertia_kgm2: 3e-4, ..Load::default() };
+        let mut servo = servo(PlantConfig { supply, load, ..PlantConfig::default() });
+        settle(&mut servo, 0.0);
+        let mut command = on(0.0);
+        for step in 0..400_u32 {
+            let acceleration = if step < 200 { 2e6 } else { -2e6 };
+            command.set_point.acceleration.0 = acceleration;
+            command.set_point.position.0 += command.set_point.velocity.0 * 1e-3 + acceleration * 0.5e-6;
+            command.set_point.velocity.0 += acceleration * 1e-3;
+            let feedback = servo.step(&command);
+            assert!(step >= 200 || feedback.state == DriveState::Enabled, "{step}: {feedback:?}");
+        }
+        assert_eq!(servo.state, expected);
+    }
 }
 
 #[test]

@@ -36,4 +36,4 @@ pub use profile::{Profile, SetPoint};
 pub use pulses::{InMotion, MAX_QUANTA, PulseOutput, Pulses};
 pub use servo::{ServoConfig, SimulatedServo};
 pub use status::{Actual, Fault, Motion, Status};
-pub use units::{Acceleration, Period, Position, Temperature, Torque, Velocity, Voltage};
+pub use units::{Acceleration, Jerk, Period, Position, Temperature, Torque, Velocity, Voltage};

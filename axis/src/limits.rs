@@ -1,7 +1,7 @@
 //! The maxima of an axis.
 
 use crate::profile::Profile;
-use crate::units::{Acceleration, Position, Torque, Velocity, magnitude};
+use crate::units::{Acceleration, Jerk, Position, Torque, Velocity, magnitude};
 
 /// What an axis never exceeds, whatever it is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,6 +10,8 @@ pub struct Limits {
     pub velocity: Velocity,
     /// Highest acceleration and deceleration, 10^-3 to 10^15 counts/s².
     pub acceleration: Acceleration,
+    /// Highest jerk of a profile, 10^-3 to 10^18 counts/s³; `None` is no limit.
+    pub jerk: Option<Jerk>,
     /// Highest torque, 0 to 10^6 per mille of rated torque.
     pub torque: Torque,
     /// Software position limits; `None` is the whole exact range of counts.
@@ -20,6 +22,8 @@ impl Limits {
     const MAX_VELOCITY: f64 = 1e12;
     const MIN_ACCELERATION: f64 = 1e-3;
     const MAX_ACCELERATION: f64 = 1e15;
+    const MIN_JERK: f64 = 1e-3;
+    const MAX_JERK: f64 = 1e18;
     const MAX_TORQUE: f64 = 1e6;
 
     /// The limits with every value pulled into its range; what is not a number becomes the smallest value.
@@ -29,6 +33,7 @@ impl Limits {
         Self {
             velocity: Velocity(magnitude(self.velocity.0, Self::MAX_VELOCITY)),
             acceleration: Acceleration(acceleration),
+            jerk: self.jerk.map(|jerk| Jerk(magnitude(jerk.0, Self::MAX_JERK).max(Self::MIN_JERK))),
             torque: Torque(magnitude(self.torque.0, Self::MAX_TORQUE)),
             position: self.position,
         }
@@ -37,13 +42,15 @@ impl Limits {
     /// The profile as this axis runs it: no value above its maximum.
     ///
     /// Signs are dropped and a velocity that is not a number is zero. A ramp that is zero or not a number
-    /// becomes the axis maximum, so that a motion can always be stopped; none is below 10^-3 counts/s².
+    /// becomes the axis maximum, so that a motion can always be stopped; none is below 10^-3 counts/s². A
+    /// jerk that is zero or not a number becomes the axis maximum, too.
     #[must_use]
     pub fn clamp(&self, profile: Profile) -> Profile {
         Profile {
             velocity: Velocity(magnitude(profile.velocity.0, self.velocity.0)),
             acceleration: self.ramp(profile.acceleration),
             deceleration: self.ramp(profile.deceleration),
+            jerk: self.jerk(profile.jerk),
         }
     }
 
@@ -57,14 +64,23 @@ impl Limits {
         let rate = magnitude(wanted.0, self.acceleration.0);
         Acceleration(if rate > 0.0 { rate.max(Self::MIN_ACCELERATION) } else { self.acceleration.0 })
     }
+
+    /// The smaller of `wanted` and the axis maximum; `None` when neither limits.
+    fn jerk(&self, wanted: Option<Jerk>) -> Option<Jerk> {
+        let most = self.jerk.map_or(f64::INFINITY, |jerk| jerk.0);
+        let rate = magnitude(wanted.map_or(0.0, |jerk| jerk.0), most);
+        let rate = if rate > 0.0 { rate.max(Self::MIN_JERK) } else { most };
+        rate.is_finite().then_some(Jerk(rate))
+    }
 }
 
 impl Default for Limits {
-    /// 50 rev/s, 1000 rev/s² and three times the rated torque on the default plant; no position limits.
+    /// 50 rev/s, 1000 rev/s² and three times the rated torque on the default plant; no limit of jerk or position.
     fn default() -> Self {
         Self {
             velocity: Velocity(409_600.0),
             acceleration: Acceleration(8_192_000.0),
+            jerk: None,
             torque: Torque(3000.0),
             position: None,
         }
@@ -147,6 +163,7 @@ mod tests {
             velocity: Velocity(f64::NAN),
             acceleration: Acceleration(f64::INFINITY),
             deceleration: Acceleration(-5.0),
+            jerk: None,
         };
         let clamped = limits.clamp(wild);
         assert_eq!(clamped.velocity, Velocity(0.0));
@@ -161,12 +178,29 @@ mod tests {
         let wild = Limits {
             velocity: Velocity(nan),
             acceleration: Acceleration(nan),
+            jerk: Some(Jerk(nan)),
             torque: Torque(nan),
             position: None,
         };
         let tame = wild.sanitised();
         assert_eq!(tame.velocity, Velocity(0.0));
         assert_eq!(tame.acceleration, Acceleration(1e-3));
+        assert_eq!(tame.jerk, Some(Jerk(1e-3)));
         assert_eq!(tame.torque, Torque(0.0));
+    }
+
+    #[test]
+    fn the_jerk_of_a_profile_is_the_smaller_one_if_there_is_any() {
+        let jerk = |most: Option<f64>, wanted: Option<f64>| {
+            let limits = Limits { jerk: most.map(Jerk), ..Limits::default() };
+            limits.clamp(Profile { jerk: wanted.map(Jerk), ..Profile::default() }).jerk
+        };
+        assert_eq!(jerk(None, None), None);
+        assert_eq!(jerk(None, Some(f64::INFINITY)), None);
+        assert_eq!(jerk(None, Some(-7.0)), Some(Jerk(7.0)));
+        assert_eq!(jerk(Some(5.0), Some(7.0)), Some(Jerk(5.0)));
+        assert_eq!(jerk(Some(5.0), Some(4.0)), Some(Jerk(4.0)));
+        assert_eq!(jerk(Some(5.0), Some(f64::NAN)), Some(Jerk(5.0)));
+        assert_eq!(jerk(Some(5.0), None), Some(Jerk(5.0)));
     }
 }

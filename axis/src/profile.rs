@@ -1,8 +1,8 @@
 //! What a motion is made of.
 
-use crate::units::{Acceleration, Position, Velocity};
+use crate::units::{Acceleration, Jerk, Position, Velocity};
 
-/// How fast a motion may run and how hard it may ramp; magnitudes.
+/// How fast a motion may run and how hard and how smoothly it may ramp; magnitudes.
 ///
 /// An axis reads the values with its own maxima applied ([`Limits::clamp`](crate::Limits::clamp)).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,6 +13,8 @@ pub struct Profile {
     pub acceleration: Acceleration,
     /// Rate at which the speed falls; zero means the axis maximum.
     pub deceleration: Acceleration,
+    /// Rate at which the acceleration changes; `None` or zero means the axis maximum.
+    pub jerk: Option<Jerk>,
 }
 
 /// Where the axis has to be at the end of a raster step, how fast, and the acceleration that led there.

@@ -54,6 +54,10 @@ quantity! {
     Acceleration
 }
 quantity! {
+    /// A jerk, in counts per second cubed.
+    Jerk
+}
+quantity! {
     /// A torque, in per mille of the rated torque.
     Torque
 }

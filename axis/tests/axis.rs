@@ -12,6 +12,7 @@ const PROFILE: Profile = Profile {
     velocity: Velocity(200_000.0),
     acceleration: Acceleration(2e6),
     deceleration: Acceleration(2e6),
+    jerk: None,
 };
 
 fn simulated(period: Period, limits: Limits) -> Axis {
@@ -201,7 +202,7 @@ fn numbers_that_make_no_sense_leave_the_axis_sane() {
     for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN] {
         let mut axis = enabled();
         let (velocity, acceleration) = (Velocity(value), Acceleration(value));
-        let profile = Profile { velocity, acceleration, deceleration: acceleration };
+        let profile = Profile { velocity, acceleration, deceleration: acceleration, jerk: None };
         axis.set_torque_limit(Torque(value));
         axis.set_following_error_limit(Some(Position(value)));
         axis.set_position(Position(value));
@@ -210,7 +211,7 @@ fn numbers_that_make_no_sense_leave_the_axis_sane() {
         axis.run_at(velocity, profile);
         run(&mut axis, 20);
         axis.stop(acceleration);
-        axis.set_limits(Limits { velocity, acceleration, torque: Torque(value), position: None });
+        axis.set_limits(Limits { velocity, acceleration, jerk: None, torque: Torque(value), position: None });
         let Status { demand, actual, following_error, fault, .. } = run(&mut axis, 20);
         let numbers = [demand.position.0, demand.velocity.0, actual.position.0, following_error.0];
         assert!(numbers.into_iter().all(f64::is_finite), "{value}: {numbers:?}");
@@ -289,6 +290,7 @@ fn profiles() -> impl Strategy<Value = Profile> {
         velocity: Velocity(velocity),
         acceleration: Acceleration(up),
         deceleration: Acceleration(down),
+        jerk: None,
     })
 }
 

@@ -54,6 +54,7 @@ fn ramps(
         velocity: Velocity(velocity),
         acceleration: Acceleration(up),
         deceleration: Acceleration(down),
+        jerk: None,
     })
 }
 
@@ -63,6 +64,7 @@ fn limits() -> impl Strategy<Value = Limits> {
     (decades(100.0, 3), decades(1e4, 3), ranges).prop_map(|(velocity, acceleration, position)| Limits {
         velocity: Velocity(velocity),
         acceleration: Acceleration(acceleration),
+        jerk: None,
         torque: Torque(3000.0),
         position,
     })
@@ -239,6 +241,7 @@ proptest! {
         let limits = Limits {
             velocity: Velocity(top),
             acceleration: Acceleration(most),
+            jerk: None,
             torque: Torque(f64::NAN),
             position: PositionRange::new(Position(min), Position(max)),
         };
@@ -253,6 +256,7 @@ proptest! {
             velocity: Velocity(velocity),
             acceleration: Acceleration(up),
             deceleration: Acceleration(down),
+            jerk: None,
         };
         generator.command(goal, profile);
         for _ in 0..50 {
@@ -270,6 +274,7 @@ fn profile(velocity: f64, acceleration: f64, deceleration: f64) -> Profile {
         velocity: Velocity(velocity),
         acceleration: Acceleration(acceleration),
         deceleration: Acceleration(deceleration),
+        jerk: None,
     }
 }
 

@@ -63,6 +63,7 @@ fn profiles(period: Period) -> impl Strategy<Value = Profile> {
         velocity: Velocity(velocity),
         acceleration: Acceleration(velocity / (up * period.seconds())),
         deceleration: Acceleration(velocity / (down * period.seconds())),
+        jerk: None,
     })
 }
 

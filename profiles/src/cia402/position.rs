@@ -126,5 +126,6 @@ fn profile(parameters: Parameters<'_>) -> Profile {
         velocity: units::to_velocity(parameters.or(Binding::ProfileVelocity, 0)),
         acceleration: units::to_acceleration(acceleration),
         deceleration: units::to_acceleration(parameters.or(Binding::ProfileDeceleration, acceleration)),
+        jerk: None,
     }
 }

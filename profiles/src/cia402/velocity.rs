@@ -28,6 +28,7 @@ impl Running {
             velocity: axis.limits().velocity,
             acceleration: units::to_acceleration(acceleration),
             deceleration: units::to_acceleration(parameters.or(Binding::ProfileDeceleration, acceleration)),
+            jerk: None,
         };
         if self.commanded != Some((target, profile)) {
             self.commanded = Some((target, profile));

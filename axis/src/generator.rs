@@ -1,8 +1,14 @@
 //! The set-point generator: goals in, one set-point a raster step out.
+//!
+//! What a profile drives (a move, a velocity, a stop) has a shape: the trapezoid.
+//! A shape looks at the present set-point only, so any change of
+//! goal, profile, limits or shape on the fly is just another step.
 
+mod braking;
+mod start;
 mod trapezoid;
 
-use self::trapezoid::Ramps;
+use self::start::{Start, Step};
 use crate::limits::{Limits, PositionRange};
 use crate::profile::{Profile, SetPoint};
 use crate::units::{Acceleration, Period, Position, Velocity};
@@ -23,13 +29,22 @@ pub enum Goal {
 /// Generates one set-point a raster step.
 #[derive(Clone, Debug)]
 pub struct Generator {
+    /// Raster period in seconds.
     period: f64,
     limits: Limits,
     profile: Profile,
-    goal: Goal,
+    course: Course,
     now: SetPoint,
     done: bool,
     limited: bool,
+}
+
+/// What is asked of a shape.
+#[derive(Clone, Copy, Debug)]
+enum Course {
+    MoveTo(Position),
+    RunAt(Velocity),
+    Stop,
 }
 
 impl Generator {
@@ -40,7 +55,7 @@ impl Generator {
             period: period.seconds(),
             limits: limits.sanitised(),
             profile: Profile::default(),
-            goal: Goal::Stop,
+            course: Course::Stop,
             now: SetPoint::default(),
             done: true,
             limited: false,
@@ -63,12 +78,7 @@ impl Generator {
     ///
     /// A target is cut to ±2^53 counts. A goal that is not a number is a stop.
     pub fn command(&mut self, goal: Goal, profile: Profile) {
-        self.goal = match goal {
-            Goal::MoveTo(target) if target.0.is_nan() => Goal::Stop,
-            Goal::RunAt(velocity) if velocity.0.is_nan() => Goal::Stop,
-            Goal::MoveTo(target) => Goal::MoveTo(PositionRange::EXACT.nearest(target)),
-            Goal::RunAt(_) | Goal::Stop => goal,
-        };
+        self.course = course(goal);
         self.profile = profile;
         self.done = false;
         self.limited = false;
@@ -89,8 +99,8 @@ impl Generator {
     /// Moves the coordinate system: the present place and the target get `by` added.
     pub fn shift(&mut self, by: Position) {
         self.now.position = self.now.position + by;
-        if let Goal::MoveTo(target) = self.goal {
-            self.goal = Goal::MoveTo(PositionRange::EXACT.nearest(target + by));
+        if let Course::MoveTo(target) = &mut self.course {
+            *target = PositionRange::EXACT.nearest(*target + by);
         }
     }
 
@@ -114,28 +124,56 @@ impl Generator {
 
     /// Goes on by one raster step. A motion that a position limit has stopped takes a new command to go on.
     pub fn step(&mut self) {
-        let profile = self.limits.clamp(self.profile);
-        let ramps =
-            Ramps { up: profile.acceleration.0 * self.period, down: profile.deceleration.0 * self.period };
-        let range = self.limits.range().including(self.now.position);
-        let wish = self.wish(&profile, &ramps, range);
-        let wanted = self.follow(&wish, &ramps);
-        let allowed = self.contain(wanted, ramps.down, range);
-
-        let blocked = allowed != wanted || self.reaches_beyond(range);
-        self.limited |= blocked;
-        if blocked && self.stands() && allowed == STANDSTILL {
-            self.goal = Goal::Stop;
-        }
-        self.advance(allowed, wish.end, range);
-        self.done = match wish.end {
-            Some(end) => self.stands() && self.now.position == Position(end),
-            None => self.now.velocity == Velocity(wish.direction * wish.speed),
-        };
+        let is_beyond = self.course.reaches_beyond(self.range());
+        let step = self.drive();
+        self.take(&step, is_beyond);
     }
 
-    fn stands(&self) -> bool {
-        self.now.velocity == STANDSTILL
+    /// One step in the shape of the profile.
+    fn drive(&self) -> Step {
+        let profile = self.limits.clamp(self.profile);
+        let start = self.start();
+        // The shape of a profile with a jerk belongs here; without it, such a profile is a trapezoid.
+        trapezoid::step(&start, &profile, self.course)
+    }
+
+    fn take(&mut self, step: &Step, is_beyond: bool) {
+        let is_blocked = step.is_cut || is_beyond;
+        let before = core::mem::replace(&mut self.now, step.set_point);
+        self.done = step.is_done;
+        self.limited |= is_blocked;
+        if is_blocked && before.velocity == STANDSTILL && self.now.velocity == STANDSTILL {
+            self.course = Course::Stop;
+        }
+    }
+
+    /// The state before a step.
+    fn start(&self) -> Start<'_> {
+        Start { now: self.now, time: self.period, limits: &self.limits, range: self.range() }
+    }
+
+    fn range(&self) -> PositionRange {
+        self.limits.range().including(self.now.position)
+    }
+}
+
+fn course(goal: Goal) -> Course {
+    match goal {
+        Goal::MoveTo(target) if target.0.is_nan() => Course::Stop,
+        Goal::RunAt(velocity) if velocity.0.is_nan() => Course::Stop,
+        Goal::MoveTo(target) => Course::MoveTo(PositionRange::EXACT.nearest(target)),
+        Goal::RunAt(velocity) => Course::RunAt(velocity),
+        Goal::Stop => Course::Stop,
+    }
+}
+
+impl Course {
+    /// Whether the target lies outside of `range`.
+    fn reaches_beyond(self, range: PositionRange) -> bool {
+        match self {
+            Self::MoveTo(target) => !range.contains(target),
+            Self::RunAt(_) | Self::Stop => false,
+        }
     }
 }
 

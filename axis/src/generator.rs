@@ -1,12 +1,15 @@
 //! The set-point generator: goals in, one set-point a raster step out.
 //!
-//! What a profile drives (a move, a velocity, a stop) has a shape: the trapezoid.
+//! What a profile drives (a move, a velocity, a stop) has a shape: the trapezoid or the pulses of a stepper.
 //! A shape looks at the present set-point only, so any change of
 //! goal, profile, limits or shape on the fly is just another step.
 
 mod braking;
+mod pulses;
 mod start;
 mod trapezoid;
+
+pub use self::pulses::{Creep, Stepping};
 
 use self::start::{Start, Step};
 use crate::limits::{Limits, PositionRange};
@@ -33,6 +36,7 @@ pub struct Generator {
     period: f64,
     limits: Limits,
     profile: Profile,
+    stepping: Option<Stepping>,
     course: Course,
     now: SetPoint,
     done: bool,
@@ -55,6 +59,7 @@ impl Generator {
             period: period.seconds(),
             limits: limits.sanitised(),
             profile: Profile::default(),
+            stepping: None,
             course: Course::Stop,
             now: SetPoint::default(),
             done: true,
@@ -96,6 +101,13 @@ impl Generator {
         &self.limits
     }
 
+    /// Makes this the generator of a stepper, or (`None`) no longer. A stepper has one velocity throughout a
+    /// step, jumps from standstill to its start/stop velocity and back, and stops on whole
+    /// counts; a jerk limit does not apply. To be set at standstill: on the move, a jump that was planned is then a ramp.
+    pub fn set_stepping(&mut self, stepping: Option<Stepping>) {
+        self.stepping = stepping.map(Stepping::sanitised);
+    }
+
     /// Moves the coordinate system: the present place and the target get `by` added.
     pub fn shift(&mut self, by: Position) {
         self.now.position = self.now.position + by;
@@ -134,7 +146,10 @@ impl Generator {
         let profile = self.limits.clamp(self.profile);
         let start = self.start();
         // The shape of a profile with a jerk belongs here; without it, such a profile is a trapezoid.
-        trapezoid::step(&start, &profile, self.course)
+        match self.stepping {
+            Some(_) => pulses::step(&start, &profile, self.course, self.stepping),
+            None => trapezoid::step(&start, &profile, self.course),
+        }
     }
 
     fn take(&mut self, step: &Step, is_beyond: bool) {

@@ -24,8 +24,8 @@ mod units;
 pub use axis::Axis;
 pub use controller::{Coefficients, PositionController};
 pub use drive::{Capabilities, Command, Drive, DriveFault, DriveState, Feedback, Switches};
-pub use generator::{Generator, Goal};
 pub use inputs::{Input, Inputs, Latches};
+pub use generator::{Creep, Generator, Goal, Stepping};
 pub use limits::{Limits, PositionRange};
 pub use measurement::{Coding, Counting, Measurement, OutOfRange, Scale, Sensor, SensorConfig};
 pub use plant::{

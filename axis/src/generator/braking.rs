@@ -3,7 +3,7 @@
 //! Ways are divided by the step time here, so a step at speed `v` covers the way `v`.
 
 /// Share of the braking rate that planning leaves unused, to make up for rounding.
-const RESERVE: f64 = 1e-9;
+pub(super) const RESERVE: f64 = 1e-9;
 
 /// How a motion comes to rest: each step lowers the speed by at most a rate; the last one drops it to zero,
 /// from at most that rate or the start/stop velocity.
@@ -21,7 +21,7 @@ impl Brake {
     }
 
     /// The highest speed that the next step may drop to zero.
-    fn drop(self) -> f64 {
+    pub(super) fn drop(self) -> f64 {
         self.rate.max(self.start_stop)
     }
 

@@ -1,6 +1,6 @@
 //! What a step starts from, and what it comes to.
 
-use super::braking::Brake;
+use super::braking::{Brake, RESERVE};
 use crate::limits::{Limits, PositionRange};
 use crate::profile::SetPoint;
 use crate::units::{Acceleration, Position, Velocity};
@@ -53,6 +53,15 @@ impl Start<'_> {
     /// The velocity that covers the way to `place` in this step.
     pub(super) fn way_to(&self, place: Position) -> f64 {
         (place.0 - self.position()) / self.time
+    }
+
+    /// The end of a step at constant `velocity`, exactly at `end` or a limit when it comes within rounding or
+    /// `close` counts of it.
+    pub(super) fn straight(&self, velocity: f64, end: Option<f64>, close: f64) -> SetPoint {
+        let way = velocity * self.time;
+        let position = self.position() + way;
+        let stop = self.stop_near(position, end, close + rounding(position) + way.abs() * RESERVE);
+        self.set_point(stop.unwrap_or(position), velocity)
     }
 
     /// The end of a step at constant acceleration; one that comes to rest within rounding of `end` or a limit

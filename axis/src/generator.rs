@@ -1,17 +1,22 @@
 //! The set-point generator: goals in, one set-point a raster step out.
 //!
 //! What a profile drives (a move, a velocity, a stop) has a shape: the trapezoid or the pulses of a stepper.
-//! A shape looks at the present set-point only, so any change of
+//! What a master shapes step by step is tracked. A shape looks at the present set-point only, so any change of
 //! goal, profile, limits or shape on the fly is just another step.
 
 mod braking;
 mod pulses;
 mod start;
+mod tracking;
 mod trapezoid;
+
+use core::num::NonZeroU32;
 
 pub use self::pulses::{Creep, Stepping};
 
+use self::braking::Brake;
 use self::start::{Start, Step};
+use self::tracking::Track;
 use crate::limits::{Limits, PositionRange};
 use crate::profile::{Profile, SetPoint};
 use crate::units::{Acceleration, Period, Position, Velocity};
@@ -19,6 +24,10 @@ use crate::units::{Acceleration, Period, Position, Velocity};
 const STANDSTILL: Velocity = Velocity(0.0);
 
 /// What the set-points are to reach.
+///
+/// Tracking is for a master that gives a target each cycle of its own (CiA 402 cyclic synchronous modes; MAC4
+/// manual, sections 5.11 and 5.12). It takes no profile and keeps the axis maxima only, jerk excepted; a
+/// velocity is constant within a raster step and changes at once between two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
     /// Stand at a position.
@@ -27,6 +36,20 @@ pub enum Goal {
     RunAt(Velocity),
     /// Ramp down and stand.
     Stop,
+    /// Pass a position at a time, on a straight line from the target before; then hold it.
+    TrackPosition {
+        /// Where to be.
+        target: Position,
+        /// When, in raster steps from now.
+        over: NonZeroU32,
+    },
+    /// Have a velocity at a time, changed evenly until then; then keep it. It is cut to the axis maximum.
+    TrackVelocity {
+        /// How fast to be.
+        target: Velocity,
+        /// When, in raster steps from now.
+        over: NonZeroU32,
+    },
 }
 
 /// Generates one set-point a raster step.
@@ -37,10 +60,19 @@ pub struct Generator {
     limits: Limits,
     profile: Profile,
     stepping: Option<Stepping>,
-    course: Course,
+    task: Task,
     now: SetPoint,
+    /// The last step may have come nearer to a limit than the shape of a profile does.
+    is_near: bool,
     done: bool,
     limited: bool,
+}
+
+/// A goal in work.
+#[derive(Clone, Copy, Debug)]
+enum Task {
+    Profile(Course),
+    Track(Track),
 }
 
 /// What is asked of a shape.
@@ -60,8 +92,9 @@ impl Generator {
             limits: limits.sanitised(),
             profile: Profile::default(),
             stepping: None,
-            course: Course::Stop,
+            task: Task::Profile(Course::Stop),
             now: SetPoint::default(),
+            is_near: false,
             done: true,
             limited: false,
         }
@@ -83,8 +116,11 @@ impl Generator {
     ///
     /// A target is cut to ±2^53 counts. A goal that is not a number is a stop.
     pub fn command(&mut self, goal: Goal, profile: Profile) {
-        self.course = course(goal);
-        self.profile = profile;
+        self.task = self.task(goal);
+        self.profile = match self.task {
+            Task::Profile(_) => profile,
+            Task::Track(_) => Profile::default(),
+        };
         self.done = false;
         self.limited = false;
     }
@@ -102,17 +138,20 @@ impl Generator {
     }
 
     /// Makes this the generator of a stepper, or (`None`) no longer. A stepper has one velocity throughout a
-    /// step, jumps from standstill to its start/stop velocity and back, and stops on whole
+    /// step, jumps from standstill to its start/stop velocity and back, tracking included, and stops on whole
     /// counts; a jerk limit does not apply. To be set at standstill: on the move, a jump that was planned is then a ramp.
     pub fn set_stepping(&mut self, stepping: Option<Stepping>) {
         self.stepping = stepping.map(Stepping::sanitised);
+        self.is_near = true;
     }
 
     /// Moves the coordinate system: the present place and the target get `by` added.
     pub fn shift(&mut self, by: Position) {
         self.now.position = self.now.position + by;
-        if let Course::MoveTo(target) = &mut self.course {
-            *target = PositionRange::EXACT.nearest(*target + by);
+        match &mut self.task {
+            Task::Profile(Course::MoveTo(target)) => *target = PositionRange::EXACT.nearest(*target + by),
+            Task::Profile(Course::RunAt(_) | Course::Stop) => {}
+            Task::Track(track) => track.shift(by),
         }
     }
 
@@ -122,7 +161,8 @@ impl Generator {
         &self.now
     }
 
-    /// Whether the last step has reached the goal, or come as near as the position limits allow.
+    /// Whether the last step has reached the goal, or come as near as the position limits allow. Tracking has
+    /// reached its goal when it is at the target in time or has caught up since.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.done
@@ -136,20 +176,45 @@ impl Generator {
 
     /// Goes on by one raster step. A motion that a position limit has stopped takes a new command to go on.
     pub fn step(&mut self) {
-        let is_beyond = self.course.reaches_beyond(self.range());
-        let step = self.drive();
+        let range = self.range();
+        let (step, is_beyond) = match self.task {
+            Task::Profile(course) => (self.drive(course), course.reaches_beyond(range)),
+            Task::Track(track) => (self.track(track), track.reaches_beyond(range)),
+        };
         self.take(&step, is_beyond);
     }
 
-    /// One step in the shape of the profile.
-    fn drive(&self) -> Step {
+    /// One step of tracking.
+    fn track(&mut self, mut track: Track) -> Step {
+        let step = track.step(&self.start(), pulses::start_stop(self.stepping));
+        self.task = Task::Track(track);
+        self.is_near = true;
+        step
+    }
+
+    /// One step of profile-driven motion.
+    ///
+    /// Where a stop in the shape of the profile would end beyond a limit, as it may after tracking, the motion
+    /// goes on step by step at constant velocities.
+    fn drive(&mut self, course: Course) -> Step {
         let profile = self.limits.clamp(self.profile);
+        self.is_near = self.is_near && !self.fits();
         let start = self.start();
-        // The shape of a profile with a jerk belongs here; without it, such a profile is a trapezoid.
-        match self.stepping {
-            Some(_) => pulses::step(&start, &profile, self.course, self.stepping),
-            None => trapezoid::step(&start, &profile, self.course),
+        if self.is_near || self.stepping.is_some() {
+            return pulses::step(&start, &profile, course, self.stepping);
         }
+        // The shape of a profile with a jerk belongs here; without it, such a profile is a trapezoid.
+        trapezoid::step(&start, &profile, course)
+    }
+
+    /// Whether the axis can stop within the position limits in the shape of a profile.
+    fn fits(&self) -> bool {
+        let start = self.start();
+        let lead = if self.stepping.is_some() { 0.0 } else { trapezoid::lead(&start) };
+        let velocity = start.velocity();
+        let end = if velocity < 0.0 { start.range.min() } else { start.range.max() };
+        let way = (start.way_to(end) - lead) * sign(velocity);
+        Brake::new(start.most(), pulses::start_stop(self.stepping)).can_stop(velocity.abs(), way)
     }
 
     fn take(&mut self, step: &Step, is_beyond: bool) {
@@ -158,7 +223,34 @@ impl Generator {
         self.done = step.is_done;
         self.limited |= is_blocked;
         if is_blocked && before.velocity == STANDSTILL && self.now.velocity == STANDSTILL {
-            self.course = Course::Stop;
+            self.task = Task::Profile(Course::Stop);
+        }
+    }
+
+    fn task(&self, goal: Goal) -> Task {
+        match goal {
+            Goal::MoveTo(target) | Goal::TrackPosition { target, .. } if target.0.is_nan() => {
+                Task::Profile(Course::Stop)
+            }
+            Goal::RunAt(target) | Goal::TrackVelocity { target, .. } if target.0.is_nan() => {
+                Task::Profile(Course::Stop)
+            }
+            Goal::MoveTo(target) => Task::Profile(Course::MoveTo(PositionRange::EXACT.nearest(target))),
+            Goal::RunAt(velocity) => Task::Profile(Course::RunAt(velocity)),
+            Goal::Stop => Task::Profile(Course::Stop),
+            Goal::TrackPosition { target, over } => {
+                let target = PositionRange::EXACT.nearest(target);
+                Task::Track(Track::Position { target, line: self.line(), left: over.get() })
+            }
+            Goal::TrackVelocity { target, over } => Task::Track(Track::Velocity { target, left: over.get() }),
+        }
+    }
+
+    /// Where the line to a new target begins.
+    fn line(&self) -> Position {
+        match self.task {
+            Task::Track(Track::Position { line, .. }) => line,
+            Task::Track(Track::Velocity { .. }) | Task::Profile(_) => self.now.position,
         }
     }
 
@@ -169,16 +261,6 @@ impl Generator {
 
     fn range(&self) -> PositionRange {
         self.limits.range().including(self.now.position)
-    }
-}
-
-fn course(goal: Goal) -> Course {
-    match goal {
-        Goal::MoveTo(target) if target.0.is_nan() => Course::Stop,
-        Goal::RunAt(velocity) if velocity.0.is_nan() => Course::Stop,
-        Goal::MoveTo(target) => Course::MoveTo(PositionRange::EXACT.nearest(target)),
-        Goal::RunAt(velocity) => Course::RunAt(velocity),
-        Goal::Stop => Course::Stop,
     }
 }
 

@@ -1,5 +1,7 @@
 //! The motion of a stepper: MAC4 manual, sections 4.1.2, 5.6 and 5.14, diagram 5.2.
 
+use core::num::NonZeroU32;
+
 use axis::{
     Acceleration, Creep, Generator, Goal, Limits, Period, Position, PositionRange, Profile, Stepping,
     Velocity,
@@ -134,6 +136,35 @@ fn a_velocity_running_into_a_limit_ramps_down_and_ends_exactly_there() {
     assert_eq!(seen, [1000.0, 1500.0, 2000.0, 2500.0, 2167.0, 1167.0, 167.0, 0.0]);
     assert_eq!(generator.set_point().position, Position(105.0));
     assert!(generator.is_limited());
+}
+
+#[test]
+fn tracking_stops_at_a_limit_from_start_stop_at_once() {
+    let position = PositionRange::new(Position(-50.0), Position(95.0));
+    let limits = Limits { position, acceleration: Acceleration(1e4), ..Limits::default() };
+    let mut generator = with_limits(limits, Stepping { start_stop: Velocity(1000.0), creep: None });
+    generator.command(Goal::RunAt(Velocity(900.0)), profile(900.0));
+    (0..10).for_each(|_| generator.step());
+    assert_eq!(generator.set_point().position, Position(90.0));
+    let over = NonZeroU32::MIN;
+    generator.command(Goal::TrackVelocity { target: Velocity(900.0), over }, Profile::default());
+    generator.step();
+    assert_eq!(generator.set_point().position, Position(95.0));
+    generator.step();
+    assert_eq!(generator.set_point().velocity, Velocity(0.0));
+    assert!(generator.is_limited());
+}
+
+#[test]
+fn tracking_may_jump_within_start_stop() {
+    let limits = Limits { acceleration: Acceleration(1e4), ..Limits::default() };
+    let mut generator = with_limits(limits, Stepping { start_stop: Velocity(1000.0), creep: None });
+    for target in [10.0, 20.0, 25.0, 25.0, 15.0, 15.0] {
+        let target = Position(target);
+        generator.command(Goal::TrackPosition { target, over: NonZeroU32::MIN }, Profile::default());
+        generator.step();
+        assert_eq!(generator.set_point().position, target);
+    }
 }
 
 #[test]

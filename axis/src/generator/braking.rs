@@ -70,6 +70,11 @@ impl Brake {
         hard.highest(way).max(hard.lowest(speed))
     }
 
+    /// Whether `speed` can be stopped within `way`.
+    pub(super) fn can_stop(self, speed: f64, way: f64) -> bool {
+        way >= 0.0 && self.highest(way) >= self.lowest(speed)
+    }
+
     /// The rate that stops `speed` within `way` in the steps an even stop takes; infinite when none does.
     ///
     /// `n` steps of `rate` lead from `v` down to a speed that may drop, and take `n v - rate n (n + 1) / 2`.

@@ -7,6 +7,7 @@
 mod braking;
 mod pulses;
 mod start;
+mod stretch;
 mod tracking;
 mod trapezoid;
 
@@ -16,6 +17,7 @@ pub use self::pulses::{Creep, Stepping};
 
 use self::braking::Brake;
 use self::start::{Start, Step};
+use self::stretch::Stretch;
 use self::tracking::Track;
 use crate::limits::{Limits, PositionRange};
 use crate::profile::{Profile, SetPoint};
@@ -57,11 +59,15 @@ pub enum Goal {
 pub struct Generator {
     /// Raster period in seconds.
     period: f64,
+    /// Raster steps of a cycle of profile-driven motion.
+    cycle: NonZeroU32,
     limits: Limits,
     profile: Profile,
     stepping: Option<Stepping>,
     task: Task,
     now: SetPoint,
+    /// The cycle in progress, when it has several raster steps.
+    stretch: Option<Stretch>,
     /// The last step may have come nearer to a limit than the shape of a profile does.
     is_near: bool,
     done: bool,
@@ -89,15 +95,25 @@ impl Generator {
     pub fn new(period: Period, limits: Limits) -> Self {
         Self {
             period: period.seconds(),
+            cycle: NonZeroU32::MIN,
             limits: limits.sanitised(),
             profile: Profile::default(),
             stepping: None,
             task: Task::Profile(Course::Stop),
             now: SetPoint::default(),
+            stretch: None,
             is_near: false,
             done: true,
             limited: false,
         }
+    }
+
+    /// The same with a cycle of `steps` raster steps: what a profile drives is generated at the beginning of a
+    /// cycle, for its end; the set-points between follow the parabola or line to it. A command acts with the
+    /// next cycle. Tracking is generated every raster step.
+    #[must_use]
+    pub fn with_cycle(self, steps: NonZeroU32) -> Self {
+        Self { cycle: steps, ..self }
     }
 
     /// Starts over from a place and a velocity, to ramp down at the axis maximum. What is not finite counts
@@ -109,6 +125,7 @@ impl Generator {
             velocity: Velocity(finite(speed)),
             acceleration: Acceleration(0.0),
         };
+        self.stretch = None;
         self.command(Goal::Stop, Profile::default());
     }
 
@@ -138,7 +155,7 @@ impl Generator {
     }
 
     /// Makes this the generator of a stepper, or (`None`) no longer. A stepper has one velocity throughout a
-    /// step, jumps from standstill to its start/stop velocity and back, tracking included, and stops on whole
+    /// cycle, jumps from standstill to its start/stop velocity and back, tracking included, and stops on whole
     /// counts; a jerk limit does not apply. To be set at standstill: on the move, a jump that was planned is then a ramp.
     pub fn set_stepping(&mut self, stepping: Option<Stepping>) {
         self.stepping = stepping.map(Stepping::sanitised);
@@ -148,6 +165,9 @@ impl Generator {
     /// Moves the coordinate system: the present place and the target get `by` added.
     pub fn shift(&mut self, by: Position) {
         self.now.position = self.now.position + by;
+        if let Some(stretch) = &mut self.stretch {
+            stretch.shift(by);
+        }
         match &mut self.task {
             Task::Profile(Course::MoveTo(target)) => *target = PositionRange::EXACT.nearest(*target + by),
             Task::Profile(Course::RunAt(_) | Course::Stop) => {}
@@ -165,7 +185,7 @@ impl Generator {
     /// reached its goal when it is at the target in time or has caught up since.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        self.done
+        self.done && self.stretch.is_none()
     }
 
     /// Whether a position limit has changed or stopped the motion since the last command.
@@ -176,40 +196,63 @@ impl Generator {
 
     /// Goes on by one raster step. A motion that a position limit has stopped takes a new command to go on.
     pub fn step(&mut self) {
+        if self.stretch.is_none() {
+            self.generate();
+        }
+        if let Some(stretch) = &mut self.stretch {
+            self.now = stretch.advance();
+            self.stretch = self.stretch.take().filter(|stretch| stretch.left() > 0);
+        }
+    }
+
+    /// Begins the next cycle; one of a single raster step is complete with it.
+    fn generate(&mut self) {
         let range = self.range();
-        let (step, is_beyond) = match self.task {
+        let ((step, cycle), is_beyond) = match self.task {
             Task::Profile(course) => (self.drive(course), course.reaches_beyond(range)),
             Task::Track(track) => (self.track(track), track.reaches_beyond(range)),
         };
-        self.take(&step, is_beyond);
+        self.take(&step, cycle, is_beyond);
     }
 
-    /// One step of tracking.
-    fn track(&mut self, mut track: Track) -> Step {
-        let step = track.step(&self.start(), pulses::start_stop(self.stepping));
+    /// One raster step of tracking. Where a stop by raster steps would end beyond a limit, as it may after a
+    /// cycle of pulses, another such cycle brakes.
+    fn track(&mut self, mut track: Track) -> (Step, NonZeroU32) {
+        let from_pulses = self.stepping.is_some() && !self.is_near;
+        if from_pulses && !self.fits(NonZeroU32::MIN) {
+            track.pass(self.cycle);
+            self.task = Task::Track(track);
+            return self.drive(Course::Stop);
+        }
+        let step = track.step(&self.start(NonZeroU32::MIN), pulses::start_stop(self.stepping));
         self.task = Task::Track(track);
         self.is_near = true;
-        step
+        (step, NonZeroU32::MIN)
     }
 
-    /// One step of profile-driven motion.
+    /// One cycle of profile-driven motion, and its raster steps.
     ///
     /// Where a stop in the shape of the profile would end beyond a limit, as it may after tracking, the motion
-    /// goes on step by step at constant velocities.
-    fn drive(&mut self, course: Course) -> Step {
+    /// goes on raster step by raster step at constant velocities.
+    fn drive(&mut self, course: Course) -> (Step, NonZeroU32) {
         let profile = self.limits.clamp(self.profile);
-        self.is_near = self.is_near && !self.fits();
-        let start = self.start();
-        if self.is_near || self.stepping.is_some() {
-            return pulses::step(&start, &profile, course, self.stepping);
+        self.is_near = self.is_near && !self.fits(self.cycle);
+        if self.is_near {
+            let start = self.start(NonZeroU32::MIN);
+            return (pulses::step(&start, &profile, course, self.stepping), NonZeroU32::MIN);
         }
+        let start = self.start(self.cycle);
         // The shape of a profile with a jerk belongs here; without it, such a profile is a trapezoid.
-        trapezoid::step(&start, &profile, course)
+        let step = match self.stepping {
+            Some(_) => pulses::step(&start, &profile, course, self.stepping),
+            None => trapezoid::step(&start, &profile, course),
+        };
+        (step, self.cycle)
     }
 
-    /// Whether the axis can stop within the position limits in the shape of a profile.
-    fn fits(&self) -> bool {
-        let start = self.start();
+    /// Whether the axis can stop within the position limits in the shape of a profile and cycles of `steps`.
+    fn fits(&self, steps: NonZeroU32) -> bool {
+        let start = self.start(steps);
         let lead = if self.stepping.is_some() { 0.0 } else { trapezoid::lead(&start) };
         let velocity = start.velocity();
         let end = if velocity < 0.0 { start.range.min() } else { start.range.max() };
@@ -217,13 +260,17 @@ impl Generator {
         Brake::new(start.most(), pulses::start_stop(self.stepping)).can_stop(velocity.abs(), way)
     }
 
-    fn take(&mut self, step: &Step, is_beyond: bool) {
+    fn take(&mut self, step: &Step, cycle: NonZeroU32, is_beyond: bool) {
         let is_blocked = step.is_cut || is_beyond;
         let before = core::mem::replace(&mut self.now, step.set_point);
         self.done = step.is_done;
         self.limited |= is_blocked;
         if is_blocked && before.velocity == STANDSTILL && self.now.velocity == STANDSTILL {
             self.task = Task::Profile(Course::Stop);
+        }
+        if cycle > NonZeroU32::MIN {
+            let stretch = Stretch::new(before, step.set_point, step.is_straight, cycle.get(), self.period);
+            self.stretch = Some(stretch);
         }
     }
 
@@ -240,9 +287,11 @@ impl Generator {
             Goal::Stop => Task::Profile(Course::Stop),
             Goal::TrackPosition { target, over } => {
                 let target = PositionRange::EXACT.nearest(target);
-                Task::Track(Track::Position { target, line: self.line(), left: over.get() })
+                Task::Track(Track::Position { target, line: self.line(), left: self.left(over) })
             }
-            Goal::TrackVelocity { target, over } => Task::Track(Track::Velocity { target, left: over.get() }),
+            Goal::TrackVelocity { target, over } => {
+                Task::Track(Track::Velocity { target, left: self.left(over) })
+            }
         }
     }
 
@@ -250,13 +299,22 @@ impl Generator {
     fn line(&self) -> Position {
         match self.task {
             Task::Track(Track::Position { line, .. }) => line,
-            Task::Track(Track::Velocity { .. }) | Task::Profile(_) => self.now.position,
+            Task::Track(Track::Velocity { .. }) | Task::Profile(_) => {
+                self.stretch.as_ref().map_or(self.now.position, |stretch| stretch.end().position)
+            }
         }
     }
 
-    /// The state before a step.
-    fn start(&self) -> Start<'_> {
-        Start { now: self.now, time: self.period, limits: &self.limits, range: self.range() }
+    /// What of `over` raster steps is left at the end of the cycle in progress; at least one.
+    fn left(&self, over: NonZeroU32) -> u32 {
+        let wait = self.stretch.as_ref().map_or(0, Stretch::left);
+        over.get().saturating_sub(wait).max(1)
+    }
+
+    /// The state before a cycle of `steps` raster steps.
+    fn start(&self, steps: NonZeroU32) -> Start<'_> {
+        let time = self.period * f64::from(steps.get());
+        Start { now: self.now, time, limits: &self.limits, range: self.range() }
     }
 
     fn range(&self) -> PositionRange {

@@ -106,7 +106,7 @@ impl Pulses<'_> {
         let allowed = self.start.contain(wanted, 0.0, self.brake);
         let set_point = self.start.straight(allowed, end, CLOSE);
         let is_cut = Velocity(allowed) != Velocity(wanted);
-        Step { set_point, is_done: false, is_cut }
+        Step { set_point, is_straight: true, is_done: false, is_cut }
     }
 
     /// The highest speed that ends `way` ahead: ramping down to the beginning of the creep, or creeping.

@@ -18,6 +18,8 @@ pub(super) struct Start<'a> {
 /// What a step has come to.
 pub(super) struct Step {
     pub(super) set_point: SetPoint,
+    /// The velocity is the same throughout the step.
+    pub(super) is_straight: bool,
     pub(super) is_done: bool,
     /// A position limit has changed the step.
     pub(super) is_cut: bool,

@@ -5,6 +5,8 @@
 //! falls behind and catches up: seen from the line, which has a velocity of its own, each step takes the
 //! highest velocity from which a stop still ends on it.
 
+use core::num::NonZeroU32;
+
 use super::braking::{Brake, RESERVE};
 use super::start::{Start, Step};
 use crate::limits::PositionRange;
@@ -44,6 +46,19 @@ impl Track {
         match self {
             Self::Position { target, .. } => !range.contains(target),
             Self::Velocity { .. } => false,
+        }
+    }
+
+    /// Lets `steps` go by in which the axis does not follow.
+    pub(super) fn pass(&mut self, steps: NonZeroU32) {
+        let steps = steps.get();
+        match self {
+            Self::Position { target, line, left } => {
+                let share = f64::from(steps.min(*left)) / f64::from((*left).max(1));
+                *line = if *left > steps { Position(line.0 + (target.0 - line.0) * share) } else { *target };
+                *left = left.saturating_sub(steps);
+            }
+            Self::Velocity { left, .. } => *left = left.saturating_sub(steps),
         }
     }
 
@@ -96,7 +111,7 @@ impl Pace<'_> {
         let allowed = self.start.contain(wanted, 0.0, Brake::new(self.start.most(), self.start_stop));
         let set_point = self.start.straight(allowed, end, 0.0);
         let is_cut = (allowed - wanted).abs() > wanted.abs() * RESERVE;
-        Step { set_point, is_done: false, is_cut }
+        Step { set_point, is_straight: true, is_done: false, is_cut }
     }
 
     /// The velocities that may follow on the present one.

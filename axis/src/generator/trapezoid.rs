@@ -35,7 +35,7 @@ pub(super) fn step(start: &Start<'_>, profile: &Profile, course: Course) -> Step
         Some(end) => set_point.velocity == Velocity(0.0) && set_point.position == Position(end),
         None => set_point.velocity == Velocity(wish.direction * wish.speed),
     };
-    Step { set_point, is_done, is_cut: Velocity(allowed) != Velocity(wanted) }
+    Step { set_point, is_straight: false, is_done, is_cut: Velocity(allowed) != Velocity(wanted) }
 }
 
 /// The way of a step that ends at standstill, over its time.

@@ -1,8 +1,10 @@
 //! What the generator keeps whatever it is told, and when.
 
+use core::num::NonZeroU32;
+
 use axis::{
-    Acceleration, Generator, Goal, Limits, Period, Position, PositionRange, Profile, SetPoint, Torque,
-    Velocity,
+    Acceleration, Creep, Generator, Goal, Limits, Period, Position, PositionRange, Profile, SetPoint,
+    Stepping, Torque, Velocity,
 };
 use proptest::prelude::*;
 
@@ -235,7 +237,9 @@ proptest! {
     #[test]
     fn numbers_that_make_no_sense_give_sane_set_points(
         values in prop::array::uniform8(anything()),
-        select in 0..3_u8,
+        select in 0..5_u8,
+        steps in prop_oneof![Just(u32::MAX), 1..9_u32],
+        is_stepper in any::<bool>(),
     ) {
         let [target, velocity, up, down, top, most, min, max] = values;
         let limits = Limits {
@@ -245,11 +249,18 @@ proptest! {
             torque: Torque(f64::NAN),
             position: PositionRange::new(Position(min), Position(max)),
         };
-        let mut generator = Generator::new(Period::MILLISECOND, limits);
+        let steps = NonZeroU32::new(steps).unwrap();
+        let mut generator = Generator::new(Period::MILLISECOND, limits).with_cycle(steps);
         generator.place(Position(min), Velocity(max));
+        if is_stepper {
+            let creep = Creep { distance: Position(up), velocity: Velocity(down) };
+            generator.set_stepping(Some(Stepping { start_stop: Velocity(velocity), creep: Some(creep) }));
+        }
         let goal = match select {
             0 => Goal::MoveTo(Position(target)),
             1 => Goal::RunAt(Velocity(target)),
+            2 => Goal::TrackPosition { target: Position(target), over: steps },
+            3 => Goal::TrackVelocity { target: Velocity(target), over: steps },
             _ => Goal::Stop,
         };
         let profile = Profile {

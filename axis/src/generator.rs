@@ -222,7 +222,8 @@ impl Generator {
         if from_pulses && !self.fits(NonZeroU32::MIN) {
             track.pass(self.cycle);
             self.task = Task::Track(track);
-            return self.drive(Course::Stop);
+            let (step, cycle) = self.drive(Course::Stop);
+            return (Step { is_done: false, is_cut: true, ..step }, cycle);
         }
         let step = track.step(&self.start(NonZeroU32::MIN), pulses::start_stop(self.stepping));
         self.task = Task::Track(track);

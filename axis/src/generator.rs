@@ -19,6 +19,9 @@ use self::braking::Brake;
 use self::start::{Start, Step};
 use self::stretch::Stretch;
 use self::tracking::Track;
+#[allow(dead_code, unused_imports)]
+mod scurve;
+
 use crate::limits::{Limits, PositionRange};
 use crate::profile::{Profile, SetPoint};
 use crate::units::{Acceleration, Period, Position, Velocity};

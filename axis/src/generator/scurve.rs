@@ -10,10 +10,12 @@
 //! search and a polynomial. Positions are kept relative to the start of the curve: rounding grows with the
 //! way, not with the place.
 
+mod fence;
 mod ramp;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use fence::Fence;
 use ramp::Phase;
 
 /// A moment of a motion.

@@ -1,5 +1,7 @@
 //! What every curve keeps.
 
+mod fence;
+
 use super::*;
 use proptest::prelude::*;
 

@@ -77,9 +77,6 @@ impl Curve {
     /// The longest cruise in seconds, so that no product overflows.
     const FOREVER: f64 = 1e100;
 
-    /// Steps of a bisection of times; they span 38 decades.
-    const HALVINGS: u32 = 128;
-
     /// The quickest move that stands at `end`, exactly. (With a highest speed of zero: that stands.)
     pub(crate) fn to_position(from: &State, end: f64, bounds: &Bounds) -> Self {
         let way = end - from.position;
@@ -189,23 +186,12 @@ impl Curve {
         let in_time = |state: &State| (way - stopped(state, bounds)) * direction >= 0.0;
         let Some(index) = self.pieces().iter().rposition(|piece| in_time(&piece.start)) else { return };
         let Some(piece) = self.pieces.get(index).copied() else { return };
-        let (mut early, mut late) = (0.0, piece.seconds);
-        for _ in 0..Self::HALVINGS {
-            let middle = early + (late - early) / 2.0;
-            if middle <= early || middle >= late {
-                break;
-            }
-            if in_time(&piece.start.after(piece.jerk, middle)) {
-                early = middle;
-            } else {
-                late = middle;
-            }
-        }
+        let moment = bisect(0.0, piece.seconds, |moment| in_time(&piece.start.after(piece.jerk, moment)));
         self.count = index;
         self.duration = piece.begin;
         self.last = piece.start;
-        let acceleration = piece.start.after(piece.jerk, early).acceleration;
-        self.push(&Phase { jerk: piece.jerk, seconds: early, acceleration });
+        let acceleration = piece.start.after(piece.jerk, moment).acceleration;
+        self.push(&Phase { jerk: piece.jerk, seconds: moment, acceleration });
     }
 
     /// The state at a moment before the end, position relative to the origin.
@@ -257,15 +243,22 @@ impl State {
 }
 
 impl Piece {
-    /// The positions at the start and wherever the velocity is zero: one of them is the lowest or highest.
+    /// The positions at the start and where the direction turns: one of them is the lowest or highest.
     fn places(&self) -> impl Iterator<Item = f64> + use<> {
-        let (start, jerk, seconds) = (self.start, self.jerk, self.seconds);
-        let inner = start.acceleration * start.acceleration - 2.0 * jerk * start.velocity;
-        let twice = -(start.acceleration + sign(start.acceleration) * inner.sqrt());
-        let zeros = [0.0, twice / jerk, 2.0 * start.velocity / twice];
-        zeros.into_iter().filter(move |zero| (0.0..seconds).contains(zero)).map(move |zero| {
-            start.after(jerk, zero).position // a zero that is not a number lies in no range
-        })
+        [Some(self.start.position), self.turn()].into_iter().flatten()
+    }
+
+    /// Where the direction turns: once at most, as the acceleration keeps its sign.
+    fn turn(&self) -> Option<f64> {
+        let State { velocity, acceleration, .. } = self.start;
+        if velocity * self.start.after(self.jerk, self.seconds).velocity >= 0.0 {
+            return None;
+        }
+        let inner = acceleration * acceleration - 2.0 * self.jerk * velocity;
+        let twice = -(acceleration + sign(acceleration) * inner.max(0.0).sqrt());
+        let zeros = [twice / self.jerk, 2.0 * velocity / twice];
+        let zero = zeros.into_iter().find(|zero| (0.0..=self.seconds).contains(zero))?;
+        Some(self.start.after(self.jerk, zero).position)
     }
 }
 
@@ -273,6 +266,24 @@ impl Piece {
 fn stopped(from: &State, bounds: &Bounds) -> f64 {
     let stop = ramp::phases(from, 0.0, bounds);
     stop.iter().fold(*from, |state, phase| phase.run(&state)).position
+}
+
+/// The value nearest to `fails` for which `test` holds, going there from one for which it does.
+fn bisect(holds: f64, fails: f64, test: impl Fn(f64) -> bool) -> f64 {
+    const HALVINGS: u32 = 128; // for values 38 decades below the first ones
+    let (mut holds, mut fails) = (holds, fails);
+    for _ in 0..HALVINGS {
+        let middle = holds + (fails - holds) / 2.0;
+        if (middle - holds) * (middle - fails) >= 0.0 {
+            break; // there is nothing between the two
+        }
+        if test(middle) {
+            holds = middle;
+        } else {
+            fails = middle;
+        }
+    }
+    holds
 }
 
 /// How far apart places may be that are meant to be one, between two positions.

@@ -2,10 +2,10 @@
 //!
 //! A motion runs as its profile says as long as that keeps it inside. Where it does not, it first brakes
 //! harder: just as hard as it takes to stay inside, at most as hard as the axis can. While every motion of an
-//! axis is planned so, its state can always be stopped inside.
+//! axis is planned so, its state can always be stopped, or turned back, inside.
 
 use super::ramp::Phase;
-use super::{Bounds, Curve, State, rounding, sign};
+use super::{Bounds, Curve, State, bisect, rounding, sign};
 
 /// Position limits, and how hard a motion may be braked to keep them.
 #[derive(Clone, Copy, Debug)]
@@ -28,10 +28,8 @@ impl Fence {
             let next = Curve::to_position(&first.at(first.duration()), end, &self.profile);
             first.then(&next)
         };
-        match self.inside(go_on(self.ease(from))) {
-            Some(inside) => inside,
-            None => go_on(self.brake(from)),
-        }
+        let curve = go_on(self.ease(from));
+        if self.is_inside(&curve) { self.cut(curve) } else { go_on(self.brake(from)) }
     }
 
     /// A change to `velocity`, cut to the one of the profile, and a stop at the limit.
@@ -41,8 +39,8 @@ impl Fence {
             return self.brake(from);
         }
         let profile = Bounds { velocity: speed, ..self.profile };
-        let end = if velocity < 0.0 { self.min.min(from.position) } else { self.max.max(from.position) };
-        Self { profile, min: self.min.min(end), max: self.max.max(end), ..*self }.move_to(from, end)
+        let (min, max) = self.range(from.position);
+        Self { profile, min, max, ..*self }.move_to(from, if velocity < 0.0 { min } else { max })
     }
 
     /// The acceleration taken back, if that takes a higher jerk than the one of the profile to keep the
@@ -63,20 +61,39 @@ impl Fence {
     /// A stop: as the profile says or, when that goes beyond a limit, just as much harder as it takes.
     fn brake(&self, from: &State) -> Curve {
         let braking = |share| Curve::to_velocity(from, 0.0, &self.hardened(share));
-        let kept = |share| self.inside(braking(share)).filter(|curve| curve.fastest() <= self.fastest());
-        if let Some(soft) = kept(0.0) {
-            return soft;
+        let kept = |share| {
+            let curve = braking(share);
+            curve.fastest() <= self.fastest() && self.is_inside(&curve)
+        };
+        if kept(0.0) {
+            return self.cut(braking(0.0));
         }
-        let Some(mut best) = kept(1.0) else { return braking(1.0) };
-        let (mut soft, mut hard) = (0.0, 1.0);
-        for _ in 0..f64::MANTISSA_DIGITS {
-            let share = (soft + hard) / 2.0;
-            match kept(share) {
-                Some(inside) => (best, hard) = (inside, share),
-                None => soft = share,
-            }
+        let hardest = braking(1.0);
+        if !self.is_inside(&hardest) {
+            return self.turn_back(from, hardest);
         }
-        best
+        self.cut(braking(bisect(1.0, 0.0, kept)))
+    }
+
+    /// A stop after turning back at a limit, just as fast as it takes, for a state in which the hardest
+    /// `stop` goes beyond that limit; or that stop, if turning back does not help.
+    ///
+    /// Such states are met where a curve turns: it need not end its acceleration at velocity zero.
+    fn turn_back(&self, from: &State, stop: Curve) -> Curve {
+        let (below, above) = self.beyond(&stop);
+        let upwards = above > below;
+        let turning = |speed: f64| {
+            let mut curve = Curve::to_velocity(from, if upwards { -speed } else { speed }, &self.axis);
+            curve.ramp(0.0, &self.axis);
+            curve
+        };
+        let turns_inside = |speed| {
+            let (below, above) = self.beyond(&turning(speed));
+            if upwards { above <= 0.0 } else { below <= 0.0 }
+        };
+        let speed = bisect(self.axis.velocity, 0.0, turns_inside);
+        let turned = turning(speed);
+        if self.is_inside(&turned) { self.cut(turned) } else { stop }
     }
 
     /// The highest speed, with room for rounding.
@@ -96,12 +113,28 @@ impl Fence {
         }
     }
 
-    /// The curve if it stays inside but for rounding, cut to the limits. Who starts outside may stay there,
-    /// but goes no farther.
-    fn inside(&self, curve: Curve) -> Option<Curve> {
-        let (min, max) = (self.min.min(curve.origin), self.max.max(curve.origin));
+    /// Whether a curve stays inside but for rounding.
+    fn is_inside(&self, curve: &Curve) -> bool {
+        let (below, above) = self.beyond(curve);
+        below <= 0.0 && above <= 0.0
+    }
+
+    /// The curve without the rounding that goes beyond a limit.
+    fn cut(&self, curve: Curve) -> Curve {
+        let range = self.range(curve.origin);
+        curve.within(range)
+    }
+
+    /// How far a curve goes below the range and above it, less what may be rounding; not above zero inside.
+    fn beyond(&self, curve: &Curve) -> (f64, f64) {
+        let (min, max) = self.range(curve.origin);
         let (lowest, highest) = curve.extent();
-        let beyond = (min - lowest).max(highest - max);
-        (beyond <= rounding(lowest, highest)).then(|| curve.within((min, max)))
+        let room = rounding(lowest, highest);
+        (min - lowest - room, highest - max - room)
+    }
+
+    /// Where a curve may be. Who starts outside of the limits may stay there, but goes no farther.
+    fn range(&self, origin: f64) -> (f64, f64) {
+        (self.min.min(origin), self.max.max(origin))
     }
 }

@@ -8,6 +8,9 @@ use proptest::prelude::*;
 /// Relative room for rounding.
 const NEARLY: f64 = 1e-9;
 
+/// Relative rounding of a few operations.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
 /// A magnitude, evenly over powers of ten.
 fn decades(from: i32, to: i32) -> impl Strategy<Value = f64> {
     (from..to, 1.0..10.0_f64).prop_map(|(power, digits)| digits * 10.0_f64.powi(power))
@@ -96,33 +99,71 @@ fn within_bounds(state: &State, bounds: &Bounds) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// Each piece begins where the one before ends, the last one ends in the final state, but for rounding.
 fn is_continuous(curve: &Curve, from: &State, bounds: &Bounds) -> Result<(), TestCaseError> {
     let mut state = State { position: 0.0, ..*from };
-    let mut fastest = from.velocity.abs();
     for piece in curve.pieces() {
         prop_assert!(piece.jerk.abs() <= bounds.jerk);
-        is_near(&piece.start, &state, curve, fastest, bounds)?;
+        is_near(&state, &piece.start, curve)?;
         state = piece.start.after(piece.jerk, piece.seconds);
-        fastest = fastest.max(state.velocity.abs());
     }
-    is_near(&State { position: curve.end - curve.origin, ..curve.last }, &state, curve, fastest, bounds)
+    is_near(&state, &State { position: curve.end - curve.origin, ..curve.last }, curve)
 }
 
-fn is_near(
-    one: &State,
-    other: &State,
-    curve: &Curve,
-    fastest: f64,
-    bounds: &Bounds,
-) -> Result<(), TestCaseError> {
+fn is_near(one: &State, other: &State, curve: &Curve) -> Result<(), TestCaseError> {
     let (min, max) = curve.extent();
-    let scale = min.abs().max(max.abs());
-    prop_assert!((one.position - other.position).abs() <= 1e-6 + scale * 1e-12, "{one:?} {other:?}");
-    prop_assert!((one.velocity - other.velocity).abs() <= fastest * 1e-12, "{one:?} {other:?} {fastest}");
-    let jump =
-        1e-9 * bounds.acceleration.max(bounds.deceleration) + (2.0 * bounds.jerk * fastest * 1e-15).sqrt();
-    prop_assert!((one.acceleration - other.acceleration).abs() <= jump, "{one:?} {other:?} {jump}");
+    let steepest = curve.pieces().iter().map(|piece| piece.start.acceleration.abs()).fold(0.0, f64::max);
+    let way = (max - min).max(max.abs()).max(min.abs());
+    let jump = [
+        (one.position - other.position).abs() <= 2e-9 + ROUNDING * way,
+        (one.velocity - other.velocity).abs() <= ROUNDING * curve.fastest(),
+        (one.acceleration - other.acceleration).abs() <= ROUNDING * steepest,
+    ];
+    prop_assert_eq!(jump, [true; 3], "{:?} {:?} in {:?}", one, other, curve);
     Ok(())
+}
+
+/// Runs a target, planned anew each raster step: the states at the steps.
+fn streamed(targets: &[f64], period: f64, plan: impl Fn(&State, f64) -> Curve) -> Vec<State> {
+    let mut states = vec![State::default()];
+    for target in targets {
+        let state = states[states.len() - 1];
+        states.push(plan(&state, *target).at(period));
+    }
+    states
+}
+
+/// Whether the mean acceleration of each step, and its change, are as the bounds say.
+fn keeps_sampled(states: &[State], period: f64, bounds: &Bounds) -> Result<(), TestCaseError> {
+    let means: Vec<f64> = states.windows(2).map(|two| (two[1].velocity - two[0].velocity) / period).collect();
+    let room = ROUNDING * bounds.velocity / period;
+    for two in means.windows(2) {
+        let bound = bounds.acceleration.max(bounds.deceleration);
+        prop_assert!(two[0].abs() <= bound * (1.0 + NEARLY) + room, "{} {bound}", two[0]);
+        let change = (two[1] - two[0]).abs();
+        prop_assert!(change <= bounds.jerk * period * (1.0 + NEARLY) + room, "{two:?} {bounds:?}");
+    }
+    for two in states.windows(2) {
+        let mean = (two[0].velocity + two[1].velocity) / 2.0 * period;
+        let room = bounds.jerk * period * period * period / 12.0 + ROUNDING * bounds.velocity * period;
+        let places = 2e-9 + ROUNDING * two[1].position.abs();
+        let moved = two[1].position - two[0].position;
+        prop_assert!((moved - mean).abs() <= room * (1.0 + NEARLY) + places, "{two:?} {mean} {room}");
+    }
+    Ok(())
+}
+
+/// Targets that wander, with jumps.
+fn targets() -> impl Strategy<Value = Vec<f64>> {
+    let step = (signed(-4, 5), 1..40_usize);
+    prop::collection::vec(step, 1..20).prop_map(|steps| {
+        let speeds = steps.into_iter().flat_map(|(speed, count)| core::iter::repeat_n(speed, count));
+        let wander = speeds.scan(0.0, |target, speed| {
+            *target += speed;
+            Some(*target)
+        });
+        wander.collect()
+    })
 }
 
 proptest! {
@@ -270,6 +311,17 @@ proptest! {
             let bound = bound.max(from.acceleration.abs() - bounds.jerk * moment);
             let room = 1e-9 * (bound + from.acceleration.abs());
             prop_assert!(acceleration.abs() <= bound + room, "{acceleration} {bound}");
+        }
+    }
+
+    #[test]
+    fn streamed_targets_keep_the_bounds_from_sample_to_sample(
+        bounds in bounds(), targets in targets(), period in prop::sample::select(vec![0.000_25, 0.001, 0.008]),
+    ) {
+        let states = streamed(&targets, period, |state, target| Curve::to_position(state, target, &bounds));
+        keeps_sampled(&states, period, &bounds)?;
+        for state in states {
+            within_bounds(&state, &bounds)?;
         }
     }
 }

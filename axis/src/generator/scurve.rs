@@ -3,7 +3,7 @@
 //! A velocity change is the quickest one its bounds allow (`ramp`). A move to a position first compares the
 //! place where an immediate stop would end with the one wanted. That tells the direction; the move then
 //! heads for the highest speed in that direction, and at some moment begins to stop. The later that moment,
-//! the farther the move gets, so bisection finds it; when even the highest speed is reached too early, the
+//! the farther the move gets, so that moment is searched for; when even the highest speed is reached too early, the
 //! move cruises. Bounds that the present state exceeds are come back to as fast as the jerk allows.
 //!
 //! A curve is a list of pieces of constant jerk, each from its exact start state, so that reading one is a
@@ -183,10 +183,11 @@ impl Curve {
     /// Drops everything after the last moment to begin a stop that ends `way` from the origin, coming up to
     /// it in `direction`. Searched for within one piece, whose times are finer than those of the whole.
     fn cut_to_stop(&mut self, way: f64, direction: f64, bounds: &Bounds) {
-        let in_time = |state: &State| (way - stopped(state, bounds)) * direction >= 0.0;
-        let Some(index) = self.pieces().iter().rposition(|piece| in_time(&piece.start)) else { return };
+        let spare = |state: &State| (way - stopped(state, bounds)) * direction;
+        let Some(index) = self.pieces().iter().rposition(|piece| spare(&piece.start) >= 0.0) else { return };
         let Some(piece) = self.pieces.get(index).copied() else { return };
-        let moment = bisect(0.0, piece.seconds, |moment| in_time(&piece.start.after(piece.jerk, moment)));
+        let close = 8.0 * f64::EPSILON * (way.abs() + spare(&piece.start));
+        let moment = zero(0.0, piece.seconds, close, |moment| spare(&piece.start.after(piece.jerk, moment)));
         self.count = index;
         self.duration = piece.begin;
         self.last = piece.start;
@@ -268,22 +269,32 @@ fn stopped(from: &State, bounds: &Bounds) -> f64 {
     stop.iter().fold(*from, |state, phase| phase.run(&state)).position
 }
 
-/// The value nearest to `fails` for which `test` holds, going there from one for which it does.
-fn bisect(holds: f64, fails: f64, test: impl Fn(f64) -> bool) -> f64 {
-    const HALVINGS: u32 = 128; // for values 38 decades below the first ones
-    let (mut holds, mut fails) = (holds, fails);
-    for _ in 0..HALVINGS {
-        let middle = holds + (fails - holds) / 2.0;
-        if (middle - holds) * (middle - fails) >= 0.0 {
+/// Where between `high` and `low` the function, not below zero at `high` and below it at `low`, comes down
+/// to zero; found once its value is between zero and `close`.
+///
+/// Every other step halves the interval, so that any function is searched in time; the ones in between go
+/// where a straight line would have its zero.
+fn zero(high: f64, low: f64, close: f64, function: impl Fn(f64) -> f64) -> f64 {
+    const STEPS: u32 = 256; // halve down to values 38 decades below the first ones
+    let value = |at| (at, function(at) - close / 2.0);
+    let (mut high, mut low) = (value(high), value(low));
+    for step in 0..STEPS {
+        if high.1 <= close / 2.0 {
+            break;
+        }
+        let halves = step % 2 == 1;
+        let share = if halves { 0.5 } else { high.1 / (high.1 - low.1) };
+        let middle = value(high.0 + (low.0 - high.0) * share);
+        if halves && (middle.0 - high.0) * (middle.0 - low.0) >= 0.0 {
             break; // there is nothing between the two
         }
-        if test(middle) {
-            holds = middle;
+        if middle.1 >= -close / 2.0 {
+            high = middle;
         } else {
-            fails = middle;
+            low = middle;
         }
     }
-    holds
+    high.0
 }
 
 /// How far apart places may be that are meant to be one, between two positions.

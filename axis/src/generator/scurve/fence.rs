@@ -5,7 +5,7 @@
 //! axis is planned so, its state can always be stopped, or turned back, inside.
 
 use super::ramp::Phase;
-use super::{Bounds, Curve, State, bisect, rounding, sign};
+use super::{Bounds, Curve, State, rounding, sign, zero};
 
 /// Position limits, and how hard a motion may be braked to keep them.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +29,7 @@ impl Fence {
             first.then(&next)
         };
         let curve = go_on(self.ease(from));
-        if self.is_inside(&curve) { self.cut(curve) } else { go_on(self.brake(from)) }
+        if self.room(&curve) >= 0.0 { self.cut(curve) } else { go_on(self.brake(from)) }
     }
 
     /// A change to `velocity`, cut to the one of the profile, and a stop at the limit.
@@ -61,18 +61,19 @@ impl Fence {
     /// A stop: as the profile says or, when that goes beyond a limit, just as much harder as it takes.
     fn brake(&self, from: &State) -> Curve {
         let braking = |share| Curve::to_velocity(from, 0.0, &self.hardened(share));
-        let kept = |share| {
-            let curve = braking(share);
-            curve.fastest() <= self.fastest() && self.is_inside(&curve)
-        };
-        if kept(0.0) {
-            return self.cut(braking(0.0));
+        let spare = |curve: &Curve| self.room(curve).min(self.fastest() - curve.fastest());
+        let (softest, hardest) = (braking(0.0), braking(1.0));
+        if spare(&softest) >= 0.0 {
+            return self.cut(softest);
         }
-        let hardest = braking(1.0);
-        if !self.is_inside(&hardest) {
+        if self.room(&hardest) < 0.0 {
             return self.turn_back(from, hardest);
         }
-        self.cut(braking(bisect(1.0, 0.0, kept)))
+        if spare(&hardest) < 0.0 {
+            return self.cut(hardest);
+        }
+        let close = rounding(from.position, hardest.end) / 2.0;
+        self.cut(braking(zero(1.0, 0.0, close, |share| spare(&braking(share)))))
     }
 
     /// A stop after turning back at a limit, just as fast as it takes, for a state in which the hardest
@@ -80,20 +81,20 @@ impl Fence {
     ///
     /// Such states are met where a curve turns: it need not end its acceleration at velocity zero.
     fn turn_back(&self, from: &State, stop: Curve) -> Curve {
-        let (below, above) = self.beyond(&stop);
-        let upwards = above > below;
+        let (below, above) = self.rooms(&stop);
+        let upwards = above < below;
         let turning = |speed: f64| {
             let mut curve = Curve::to_velocity(from, if upwards { -speed } else { speed }, &self.axis);
             curve.ramp(0.0, &self.axis);
             curve
         };
-        let turns_inside = |speed| {
-            let (below, above) = self.beyond(&turning(speed));
-            if upwards { above <= 0.0 } else { below <= 0.0 }
+        let spare = |speed| {
+            let (below, above) = self.rooms(&turning(speed));
+            if upwards { above } else { below }
         };
-        let speed = bisect(self.axis.velocity, 0.0, turns_inside);
-        let turned = turning(speed);
-        if self.is_inside(&turned) { self.cut(turned) } else { stop }
+        let close = rounding(from.position, stop.end) / 2.0;
+        let turned = turning(zero(self.axis.velocity, 0.0, close, spare));
+        if self.room(&turned) >= 0.0 { self.cut(turned) } else { stop }
     }
 
     /// The highest speed, with room for rounding.
@@ -113,24 +114,24 @@ impl Fence {
         }
     }
 
-    /// Whether a curve stays inside but for rounding.
-    fn is_inside(&self, curve: &Curve) -> bool {
-        let (below, above) = self.beyond(curve);
-        below <= 0.0 && above <= 0.0
-    }
-
     /// The curve without the rounding that goes beyond a limit.
     fn cut(&self, curve: Curve) -> Curve {
         let range = self.range(curve.origin);
         curve.within(range)
     }
 
-    /// How far a curve goes below the range and above it, less what may be rounding; not above zero inside.
-    fn beyond(&self, curve: &Curve) -> (f64, f64) {
+    /// How far a curve stays away from the limits, or the rounding beyond them; below zero outside.
+    fn room(&self, curve: &Curve) -> f64 {
+        let (below, above) = self.rooms(curve);
+        below.min(above)
+    }
+
+    /// The same, for the lower and the upper limit.
+    fn rooms(&self, curve: &Curve) -> (f64, f64) {
         let (min, max) = self.range(curve.origin);
         let (lowest, highest) = curve.extent();
-        let room = rounding(lowest, highest);
-        (min - lowest - room, highest - max - room)
+        let rounding = rounding(lowest, highest);
+        (lowest - min + rounding, max - highest + rounding)
     }
 
     /// Where a curve may be. Who starts outside of the limits may stay there, but goes no farther.

@@ -243,6 +243,28 @@ fn every_shape_of_a_move_from_rest_is_the_closed_form() {
     }
 }
 
+#[test]
+fn a_velocity_is_held_for_ever() {
+    let bounds = Bounds { velocity: 100.0, acceleration: 1000.0, deceleration: 500.0, jerk: 1e4 };
+    let curve = Curve::to_velocity(&State::default(), 80.0, &bounds);
+    let reached = curve.at(curve.duration());
+    assert!((curve.duration() - ramp_time(80.0, 1000.0, 1e4)).abs() <= 1e-12);
+    assert_eq!(reached, State { position: reached.position, velocity: 80.0, acceleration: 0.0 });
+    let later = State { position: reached.position + 800.0, ..reached };
+    assert_eq!(curve.at(curve.duration() + 10.0).velocity.to_bits(), later.velocity.to_bits());
+    assert!((curve.at(curve.duration() + 10.0).position - later.position).abs() <= 1e-9);
+}
+
+#[test]
+fn a_highest_speed_of_zero_stops_and_stands() {
+    let bounds = Bounds { velocity: 0.0, acceleration: 1000.0, deceleration: 500.0, jerk: 1e4 };
+    let moving = State { position: 5.0, velocity: 20.0, acceleration: 100.0 };
+    let (curve, stop) =
+        (Curve::to_position(&moving, 100.0, &bounds), Curve::to_velocity(&moving, 0.0, &bounds));
+    assert_eq!(curve.at(10.0), stop.at(10.0));
+    assert_eq!(Curve::to_position(&State::default(), 100.0, &bounds).at(10.0), State::default());
+}
+
 proptest! {
     #[test]
     fn a_move_from_rest_is_the_closed_form(bounds in bounds(), way in decades(-1, 8)) {

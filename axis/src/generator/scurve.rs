@@ -3,8 +3,9 @@
 //! A velocity change is the quickest one its bounds allow (`ramp`). A move to a position first compares the
 //! place where an immediate stop would end with the one wanted. That tells the direction; the move then
 //! heads for the highest speed in that direction, and at some moment begins to stop. The later that moment,
-//! the farther the move gets, so that moment is searched for; when even the highest speed is reached too early, the
-//! move cruises. Bounds that the present state exceeds are come back to as fast as the jerk allows.
+//! the farther the move gets, so that moment is searched for; when even the highest speed is reached too
+//! early, the move cruises. Bounds that the present state exceeds are come back to as fast as the jerk
+//! allows.
 //!
 //! A curve is a list of pieces of constant jerk, each from its exact start state, so that reading one is a
 //! search and a polynomial. Positions are kept relative to the start of the curve: rounding grows with the
@@ -71,7 +72,7 @@ struct Piece {
 }
 
 impl Curve {
-    /// A ramp to the highest speed, the cruise, a stop; and a stop before all that.
+    /// A ramp to the highest speed, the cruise, a stop; and another stop before all that.
     const CAPACITY: usize = 3 * ramp::PHASES + 1;
 
     /// The longest cruise in seconds, so that no product overflows.
@@ -136,7 +137,8 @@ impl Curve {
         })
     }
 
-    /// The highest speed until the final state; accelerations only change sign between pieces.
+    /// The highest speed until the final state: one between pieces, as no acceleration changes its sign
+    /// within one.
     fn fastest(&self) -> f64 {
         self.pieces()
             .iter()

@@ -5,6 +5,8 @@
 //! each side of velocity zero, as speed falls before and rises after it; so a change through zero has two
 //! legs that meet at the highest acceleration that both can have there.
 
+use core::ops::Neg;
+
 use super::{Bounds, State};
 
 /// How many phases a change has.
@@ -23,6 +25,13 @@ impl Phase {
     /// The state after this phase.
     pub(super) fn run(&self, from: &State) -> State {
         State { acceleration: self.acceleration, ..from.after(self.jerk, self.seconds) }
+    }
+}
+
+impl Neg for Phase {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { jerk: -self.jerk, seconds: self.seconds, acceleration: -self.acceleration }
     }
 }
 
@@ -91,11 +100,4 @@ fn leg(from: (f64, f64), to: (f64, f64), bound: f64, jerk: f64) -> [Phase; 3] {
         Phase { jerk: 0.0, seconds: held, acceleration: peak },
         Phase { jerk: -jerk, seconds: down, acceleration: after },
     ]
-}
-
-impl core::ops::Neg for Phase {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self { jerk: -self.jerk, seconds: self.seconds, acceleration: -self.acceleration }
-    }
 }

@@ -309,6 +309,21 @@ proptest! {
     }
 
     #[test]
+    fn a_plan_made_anew_on_the_way_takes_the_time_that_is_left(
+        bounds in bounds(), (before, share) in (signed(0, 6), 0.0..1.0_f64), end in signed(-1, 6),
+        moment in 0.0..1.0_f64,
+    ) {
+        let start = plan(&State::default(), Goal::Velocity(before), &bounds);
+        let first = Curve::to_position(&start.at(share * start.duration()), end, &bounds);
+        let left = (1.0 - moment) * first.duration();
+        let anew = Curve::to_position(&first.at(moment * first.duration()), end, &bounds);
+        let (min, max) = first.extent();
+        let rounded = 2e-9 + ROUNDING * (max - min); // a way that takes its time
+        let room = NEARLY * first.duration() + 4.0 * (rounded / bounds.jerk).cbrt();
+        prop_assert!((anew.duration() - left).abs() <= room, "{} {left} {room}", anew.duration());
+    }
+
+    #[test]
     fn an_exceeded_bound_is_come_back_to_as_fast_as_the_jerk_allows(
         bounds in bounds(), state in (signed(0, 6), signed(0, 7), signed(0, 9)), end in signed(-1, 6),
     ) {

@@ -244,6 +244,17 @@ fn every_shape_of_a_move_from_rest_is_the_closed_form() {
 }
 
 #[test]
+fn a_reversal_keeps_its_acceleration_through_velocity_zero() {
+    let equal = Bounds { velocity: 200.0, acceleration: 1000.0, deceleration: 1000.0, jerk: 1e4 };
+    let from = State { velocity: -200.0, ..State::default() };
+    let seconds = |bounds| Curve::to_velocity(&from, 200.0, &bounds).duration();
+    assert!((seconds(equal) - ramp_time(400.0, 1000.0, 1e4)).abs() <= 1e-12);
+    // 0.05 s up to 500 and then evenly; from there 0.05 s up to 1000, evenly, and 0.1 s down
+    let (falls, rises) = (0.05 + (200.0 - 12.5) / 500.0, 0.05 + (200.0 - 37.5 - 50.0) / 1000.0 + 0.1);
+    assert!((seconds(Bounds { deceleration: 500.0, ..equal }) - falls - rises).abs() <= 1e-12);
+}
+
+#[test]
 fn a_velocity_is_held_for_ever() {
     let bounds = Bounds { velocity: 100.0, acceleration: 1000.0, deceleration: 500.0, jerk: 1e4 };
     let curve = Curve::to_velocity(&State::default(), 80.0, &bounds);

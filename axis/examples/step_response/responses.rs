@@ -112,6 +112,7 @@ fn run(target: f64, then: Option<f64>) -> Vec<Point> {
         velocity: Velocity(8000.0),
         acceleration: Acceleration(20_000.0),
         deceleration: Acceleration(16_000.0),
+        jerk: None,
     };
     let mut generator = Generator::new(period, Limits::default());
     let go_on = |step: u32| {

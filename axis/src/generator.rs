@@ -1,11 +1,14 @@
 //! The set-point generator: goals in, one set-point a raster step out.
 //!
-//! What a profile drives (a move, a velocity, a stop) has a shape: the trapezoid or the pulses of a stepper.
-//! What a master shapes step by step is tracked. A shape looks at the present set-point only, so any change of
-//! goal, profile, limits or shape on the fly is just another step.
+//! What a profile drives (a move, a velocity, a stop) has a shape: the trapezoid, the curve of limited jerk or
+//! the pulses of a stepper. What a master shapes step by step is tracked. Trapezoid, pulses and tracking look at
+//! the present set-point only, so any change of goal, profile, limits or shape on the fly is just another step;
+//! a curve is planned anew.
 
 mod braking;
 mod pulses;
+mod ride;
+mod scurve;
 mod start;
 mod stretch;
 mod tracking;
@@ -16,11 +19,10 @@ use core::num::NonZeroU32;
 pub use self::pulses::{Creep, Stepping};
 
 use self::braking::Brake;
+use self::ride::Ride;
 use self::start::{Start, Step};
 use self::stretch::Stretch;
 use self::tracking::Track;
-#[allow(dead_code, unused_imports)]
-mod scurve;
 
 use crate::limits::{Limits, PositionRange};
 use crate::profile::{Profile, SetPoint};
@@ -71,6 +73,8 @@ pub struct Generator {
     now: SetPoint,
     /// The cycle in progress, when it has several raster steps.
     stretch: Option<Stretch>,
+    /// The curve in progress, when the jerk is limited.
+    ride: Option<Ride>,
     /// The last step may have come nearer to a limit than the shape of a profile does.
     is_near: bool,
     done: bool,
@@ -85,7 +89,7 @@ enum Task {
 }
 
 /// What is asked of a shape.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Course {
     MoveTo(Position),
     RunAt(Velocity),
@@ -105,6 +109,7 @@ impl Generator {
             task: Task::Profile(Course::Stop),
             now: SetPoint::default(),
             stretch: None,
+            ride: None,
             is_near: false,
             done: true,
             limited: false,
@@ -129,6 +134,7 @@ impl Generator {
             acceleration: Acceleration(0.0),
         };
         self.stretch = None;
+        self.ride = None;
         self.command(Goal::Stop, Profile::default());
     }
 
@@ -168,6 +174,7 @@ impl Generator {
     /// Moves the coordinate system: the present place and the target get `by` added.
     pub fn shift(&mut self, by: Position) {
         self.now.position = self.now.position + by;
+        self.ride = self.ride.take().map(|ride| ride.shifted(by));
         if let Some(stretch) = &mut self.stretch {
             stretch.shift(by);
         }
@@ -228,6 +235,7 @@ impl Generator {
             let (step, cycle) = self.drive(Course::Stop);
             return (Step { is_done: false, is_cut: true, ..step }, cycle);
         }
+        self.ride = None;
         let step = track.step(&self.start(NonZeroU32::MIN), pulses::start_stop(self.stepping));
         self.task = Task::Track(track);
         self.is_near = true;
@@ -236,22 +244,39 @@ impl Generator {
 
     /// One cycle of profile-driven motion, and its raster steps.
     ///
-    /// Where a stop in the shape of the profile would end beyond a limit, as it may after tracking, the motion
-    /// goes on raster step by raster step at constant velocities.
+    /// Where a stop in the shape of the profile would end beyond a limit, as it may after another shape, the
+    /// motion goes on raster step by raster step at constant velocities.
     fn drive(&mut self, course: Course) -> (Step, NonZeroU32) {
         let profile = self.limits.clamp(self.profile);
-        self.is_near = self.is_near && !self.fits(self.cycle);
+        let is_smooth = profile.jerk.is_some() && self.stepping.is_none();
+        let cycle = if is_smooth { NonZeroU32::MIN } else { self.cycle };
+        if is_smooth && self.ride.is_some() {
+            return (self.ride(course, &profile), cycle);
+        }
+        self.is_near |= self.ride.take().is_some();
+        let fits = |generator: &Self| match is_smooth {
+            true => ride::can_stop(&generator.now, &profile, &generator.limits),
+            false => generator.fits(cycle),
+        };
+        self.is_near = self.is_near && !fits(self);
         if self.is_near {
             let start = self.start(NonZeroU32::MIN);
             return (pulses::step(&start, &profile, course, self.stepping), NonZeroU32::MIN);
         }
-        let start = self.start(self.cycle);
-        // The shape of a profile with a jerk belongs here; without it, such a profile is a trapezoid.
         let step = match self.stepping {
-            Some(_) => pulses::step(&start, &profile, course, self.stepping),
-            None => trapezoid::step(&start, &profile, course),
+            Some(_) => pulses::step(&self.start(cycle), &profile, course, self.stepping),
+            None if is_smooth => self.ride(course, &profile),
+            None => trapezoid::step(&self.start(cycle), &profile, course),
         };
-        (step, self.cycle)
+        (step, cycle)
+    }
+
+    /// One raster step of a curve of limited jerk.
+    fn ride(&mut self, course: Course, profile: &Profile) -> Step {
+        let mut ride = Ride::plan(self.ride.take(), &self.now, course, profile, &self.limits);
+        let step = ride.step(self.period);
+        self.ride = Some(ride);
+        step
     }
 
     /// Whether the axis can stop within the position limits in the shape of a profile and cycles of `steps`.

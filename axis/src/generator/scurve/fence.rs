@@ -43,6 +43,11 @@ impl Fence {
         Self { profile, min, max, ..*self }.move_to(from, if velocity < 0.0 { min } else { max })
     }
 
+    /// Whether the hardest stop ends inside.
+    pub(crate) fn holds(&self, from: &State) -> bool {
+        self.room(&Curve::to_velocity(from, 0.0, &self.axis)) >= 0.0
+    }
+
     /// The acceleration taken back, if that takes a higher jerk than the one of the profile to keep the
     /// velocity below the maximum of the axis; else nothing.
     fn ease(&self, from: &State) -> Curve {

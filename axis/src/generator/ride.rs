@@ -1,0 +1,123 @@
+//! Profile-driven motion of limited jerk: a curve that is planned once and then read raster step by raster step.
+//!
+//! A new course, profile or limit plans anew from the present position, velocity and acceleration.
+
+use super::Course;
+use super::scurve::{Bounds, Curve, Fence, State};
+use super::start::Step;
+use crate::limits::Limits;
+use crate::profile::{Profile, SetPoint};
+use crate::units::{Acceleration, Jerk, Position, Velocity};
+
+/// The jerk of an axis that has no maximum: the acceleration changes within a step.
+const ABRUPT: f64 = 1e18;
+
+/// What a curve was planned for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plan {
+    course: Course,
+    profile: Profile,
+    limits: Limits,
+}
+
+/// A curve under way.
+#[derive(Clone, Debug)]
+pub(super) struct Ride {
+    plan: Plan,
+    curve: Curve,
+    /// Raster steps since it was planned.
+    steps: u32,
+    now: State,
+}
+
+impl Ride {
+    /// Plans `course` from the set-point `now`, going on with the acceleration of the ride `before`.
+    ///
+    /// A ride for just this course, profile and limits goes on.
+    pub(super) fn plan(
+        before: Option<Self>,
+        now: &SetPoint,
+        course: Course,
+        profile: &Profile,
+        limits: &Limits,
+    ) -> Self {
+        let plan = Plan { course, profile: *profile, limits: *limits };
+        let from = match before {
+            Some(ride) if ride.plan == plan && ride.steps < u32::MAX => return ride,
+            Some(ride) => ride.now,
+            None => state(now),
+        };
+        Self { plan, curve: plan.curve(&from), steps: 0, now: from }
+    }
+
+    /// The same in coordinates that are `by` higher; it is planned anew there.
+    pub(super) fn shifted(self, by: Position) -> Self {
+        let now = State { position: self.now.position + by.0, ..self.now };
+        Self { steps: u32::MAX, now, ..self }
+    }
+
+    /// The next raster step of `seconds`.
+    pub(super) fn step(&mut self, seconds: f64) -> Step {
+        self.steps = self.steps.saturating_add(1);
+        let time = f64::from(self.steps) * seconds;
+        let before = core::mem::replace(&mut self.now, self.curve.at(time));
+        let now = &self.now;
+        let set_point = SetPoint {
+            position: Position(now.position),
+            velocity: Velocity(now.velocity + 0.0), // makes a negative zero positive
+            acceleration: Acceleration((now.velocity - before.velocity) / seconds),
+        };
+        let is_over = time >= self.curve.duration();
+        let (is_done, is_cut) = self.plan.judge(&before, now, is_over);
+        Step { set_point, is_straight: false, is_done, is_cut }
+    }
+}
+
+/// Whether the axis can stop within its position limits as fast as it can, jerk included.
+pub(super) fn can_stop(now: &SetPoint, profile: &Profile, limits: &Limits) -> bool {
+    fence(profile, limits).holds(&state(now))
+}
+
+fn state(now: &SetPoint) -> State {
+    State { position: now.position.0, velocity: now.velocity.0, acceleration: now.acceleration.0 }
+}
+
+fn fence(profile: &Profile, limits: &Limits) -> Fence {
+    let Limits { velocity, acceleration: Acceleration(most), .. } = limits;
+    let jerk = limits.jerk.map_or(ABRUPT, |jerk| jerk.0);
+    Fence {
+        profile: Bounds {
+            velocity: profile.velocity.0,
+            acceleration: profile.acceleration.0,
+            deceleration: profile.deceleration.0,
+            jerk: profile.jerk.map_or(ABRUPT, |Jerk(jerk)| jerk),
+        },
+        axis: Bounds { velocity: velocity.0, acceleration: *most, deceleration: *most, jerk },
+        min: limits.range().min().0,
+        max: limits.range().max().0,
+    }
+}
+
+impl Plan {
+    fn curve(&self, from: &State) -> Curve {
+        let fence = fence(&self.profile, &self.limits);
+        match self.course {
+            Course::MoveTo(target) => fence.move_to(from, target.0),
+            Course::RunAt(velocity) => fence.run_at(from, velocity.0),
+            Course::Stop => fence.run_at(from, 0.0),
+        }
+    }
+
+    /// Whether a step has reached the goal, and whether a position limit keeps it from it.
+    fn judge(&self, before: &State, now: &State, is_over: bool) -> (bool, bool) {
+        let Course::RunAt(wanted) = self.course else { return (is_over, false) };
+        let speed = wanted.abs().0.min(self.profile.velocity.0);
+        let ahead = |state: &State| if wanted.0 < 0.0 { -state.velocity } else { state.velocity };
+        let close = speed * 1e-9;
+        let is_there = (ahead(now) - speed).abs() <= close;
+        // A run only slows down from its speed, or stops for good, because of a limit.
+        let is_braked = ahead(now) < ahead(before) && ahead(before) <= speed + close;
+        let is_stopped = is_over && speed > 0.0;
+        (is_there, is_stopped || (is_braked && !is_there))
+    }
+}

@@ -1,45 +1,165 @@
-//! One axis: goals in, set-points to the drive, status out.
+//! One axis: orders in, set-points to the drive, status out.
 
-use crate::drive::{Command, Drive, DriveState, Feedback, Switches};
-use crate::generator::{Generator, Goal};
+mod fence;
+mod orders;
+mod power;
+mod push;
+mod queue;
+mod seek;
+mod step;
+mod supervision;
+mod window;
+
+use core::num::NonZeroU32;
+
+use crate::drive::{Drive, DriveState};
+use crate::generator::{Generator, Stepping};
+use crate::inputs::Levels;
 use crate::limits::{Limits, PositionRange};
+use crate::order::Order;
+use crate::plant::Plant;
 use crate::profile::{Profile, SetPoint};
-use crate::status::{Actual, Fault, Motion, Status};
+use crate::status::Status;
+use crate::travel::Travel;
 use crate::units::{Acceleration, Period, Position, Torque, Velocity};
+
+use fence::Fence;
+use power::Power;
+use push::Push;
+use queue::Queue;
+use seek::{Sample, Seeking};
+use supervision::Supervision;
+use window::Arrival;
+
+pub use fence::BehindLimit;
+pub use power::PowerDelays;
+pub use queue::QueueFull;
+pub use window::TargetWindow;
+
+/// What an axis does about trouble.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Guard {
+    /// The active levels of the inputs.
+    pub levels: Levels,
+    /// What holds behind a limit switch.
+    pub behind_limit: BehindLimit,
+    /// Ramp of [`Order::Brake`] and of every braking below; zero is the axis maximum.
+    pub emergency_deceleration: Acceleration,
+    /// On a following error above the limit.
+    pub following_error: Reaction,
+    /// When the drive signals a fault at its input.
+    pub drive_signal: Reaction,
+    /// When no sign of life came in time.
+    pub supervision: Reaction,
+}
+
+/// How an axis gets from a fault to power off. An emergency stop and a fault or loss of the drive always cut the
+/// power.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reaction {
+    /// Power off at once: the motor coasts.
+    #[default]
+    Coast,
+    /// Ramp down with the emergency deceleration, then power off.
+    Brake,
+}
 
 /// A motion axis with its drive.
 ///
-/// Goals are taken while the drive is enabled and ignored otherwise. When the drive goes off, by command or
+/// Orders are taken while the drive is enabled and ignored otherwise. When the drive goes off, by command or
 /// by a fault, the motor coasts; the demand follows it, so that power comes back without a jump.
+///
+/// Inside, positions count on a straight line; on a circular axis they are wrapped for the [`Status`] only.
 pub struct Axis {
     period: Period,
     drive: Box<dyn Drive>,
     generator: Generator,
+    travel: Travel,
     /// Axis position minus raw position of the drive.
     offset: Position,
+    /// As they were set, before switches narrow them.
+    limits: Limits,
     torque_limit: Torque,
     following_error_limit: Option<Position>,
-    enable: bool,
+    guard: Guard,
+    fence: Fence,
+    power: Power,
+    supervision: Supervision,
+    arrival: Option<Arrival>,
+    task: Task,
+    /// Where the last move was to end.
+    target: Option<Position>,
+    queue: Queue,
+    /// Raster steps in which the drive still prepares for a motion.
+    lead: u32,
+    /// The present order moves the axis.
+    is_motion_ordered: bool,
+    /// A limit switch or a position limit has ended what was ordered.
+    is_blocked: bool,
+    is_enabled: bool,
     reset: bool,
+    sample: Sample,
     status: Status,
 }
 
+/// What an axis with power is at.
+#[derive(Clone, Copy, Debug)]
+enum Task {
+    /// It follows the generator.
+    Follow,
+    /// It looks for a mark, following the generator.
+    Seek(Seeking),
+    /// It gives a torque.
+    Push(Push),
+    /// It puts out a share of the full scale.
+    Output(f64),
+    /// It ramps down in an emergency.
+    Brake {
+        /// To switch off then.
+        off: bool,
+    },
+}
+
 impl Axis {
-    /// An axis without power, its origin that of the drive. It knows nothing of the drive before the first
+    /// A linear axis without power, its origin that of the drive. It knows nothing of the drive before the first
     /// step.
     #[must_use]
     pub fn new(period: Period, limits: Limits, drive: Box<dyn Drive>) -> Self {
-        let generator = Generator::new(period, limits);
-        let torque_limit = generator.limits().torque;
+        Self::with_generator_cycle(period, NonZeroU32::MIN, limits, drive)
+    }
+
+    /// An axis whose generator runs every `cycle` raster steps only; in between its set-points are interpolated.
+    #[must_use]
+    pub fn with_generator_cycle(
+        period: Period,
+        cycle: NonZeroU32,
+        limits: Limits,
+        drive: Box<dyn Drive>,
+    ) -> Self {
+        let limits = limits.sanitised();
         Self {
             period,
             drive,
-            generator,
+            generator: Generator::new(period, limits).with_cycle(cycle),
+            travel: Travel::Linear,
             offset: Position(0.0),
-            torque_limit,
+            limits,
+            torque_limit: limits.torque,
             following_error_limit: None,
-            enable: false,
+            guard: Guard::default(),
+            fence: Fence::default(),
+            power: Power::default(),
+            supervision: Supervision::default(),
+            arrival: None,
+            task: Task::Follow,
+            target: None,
+            queue: Queue::new(),
+            lead: 0,
+            is_motion_ordered: false,
+            is_blocked: false,
+            is_enabled: false,
             reset: false,
+            sample: Sample::default(),
             status: Status::default(),
         }
     }
@@ -52,12 +172,32 @@ impl Axis {
 
     /// Switches the power on; ignored while there is a fault. The drive takes its time to be enabled.
     pub fn power_on(&mut self) {
-        self.enable = self.status.fault.is_none();
+        if self.status.fault.is_none() {
+            if !self.power.is_on() {
+                self.supervision.refresh(self.status.steps);
+            }
+            self.power.switch_on();
+        }
     }
 
-    /// Switches the power off: the motor coasts.
+    /// Switches the power off, after the delay for the brake if there is one; then the motor coasts.
     pub fn power_off(&mut self) {
-        self.enable = false;
+        self.queue.clear();
+        if self.is_running() && self.power.delays.off > 0 {
+            self.brake(false);
+        }
+        self.power.switch_off(self.is_running());
+    }
+
+    /// Cuts the power at once.
+    pub fn cut_power(&mut self) {
+        self.queue.clear();
+        self.power.cut();
+    }
+
+    /// Sets the time a holding brake takes.
+    pub fn set_power_delays(&mut self, delays: PowerDelays) {
+        self.power.delays = delays;
     }
 
     /// Clears a fault, also in the drive. The axis stays off; a cause that persists is a new fault.
@@ -66,45 +206,93 @@ impl Axis {
         self.status.fault = None;
     }
 
-    /// Moves to `target`, from any state of motion. A target beyond a position limit is cut to it, one that
-    /// is not a number is a stop.
+    /// Does `order` now, on the fly; whatever was under way or waiting is given up.
+    pub fn order(&mut self, order: Order) {
+        if self.takes_orders() {
+            self.queue.clear();
+            self.execute(order);
+        }
+    }
+
+    /// Does `order` when the present one and all that wait are done; ignored without power.
+    ///
+    /// # Errors
+    /// 16 orders are waiting.
+    pub fn then(&mut self, order: Order) -> Result<(), QueueFull> {
+        if !self.takes_orders() {
+            return Ok(());
+        }
+        self.queue.push(order)?;
+        self.status.queued = self.queue.len();
+        Ok(())
+    }
+
+    /// [`Order::MoveTo`], now.
     pub fn move_to(&mut self, target: Position, profile: Profile) {
-        self.command(Goal::MoveTo(target), profile);
+        self.order(Order::MoveTo(target, profile));
     }
 
-    /// Runs at `velocity`, cut to the profile velocity, until told otherwise or stopped by a position limit.
+    /// [`Order::RunAt`], now.
     pub fn run_at(&mut self, velocity: Velocity, profile: Profile) {
-        self.command(Goal::RunAt(velocity), profile);
+        self.order(Order::RunAt(velocity, profile));
     }
 
-    /// Ramps down and holds; a zero deceleration is the axis maximum.
+    /// [`Order::Stop`], now.
     pub fn stop(&mut self, deceleration: Acceleration) {
-        self.command(Goal::Stop, Profile { deceleration, ..Profile::default() });
+        self.order(Order::Stop(deceleration));
     }
 
-    /// Calls the present actual position `position`. Nothing moves: demand, target and index get the same
+    /// Calls the present actual position `position`. Nothing moves: demand, target, index and mark get the same
     /// offset, only the position limits keep their numbers. What is not within ±2^53 counts is ignored.
     pub fn set_position(&mut self, position: Position) {
-        if !PositionRange::EXACT.contains(position) {
-            return;
+        if PositionRange::EXACT.contains(position) {
+            self.shift(position - self.travel.wrap(self.sample.position));
+            self.report();
         }
-        let by = position - self.status.actual.position;
-        self.offset = self.offset + by;
-        self.generator.shift(by);
-        self.status.actual.position = position;
-        self.status.demand.position = self.status.demand.position + by;
-        self.status.index = self.status.index.map(|index| index + by);
+    }
+
+    /// Axis position minus position of the drive (MACCON MAC4 User Manual, section 4.3.2).
+    #[must_use]
+    pub fn offset(&self) -> Position {
+        self.offset
+    }
+
+    /// Replaces the offset, as [`Axis::set_position`] does by way of the position.
+    pub fn set_offset(&mut self, offset: Position) {
+        if PositionRange::EXACT.contains(offset) {
+            self.shift(offset - self.offset);
+            self.report();
+        }
+    }
+
+    /// How the positions of this axis repeat.
+    #[must_use]
+    pub fn travel(&self) -> Travel {
+        self.travel
+    }
+
+    /// Makes the axis linear or circular. A circular one has no position limits.
+    pub fn set_travel(&mut self, travel: Travel) {
+        self.travel = travel;
+        self.apply_limits();
+        self.report();
     }
 
     /// The axis maxima.
     #[must_use]
     pub fn limits(&self) -> &Limits {
-        self.generator.limits()
+        &self.limits
     }
 
     /// Replaces the axis maxima, also on the move.
     pub fn set_limits(&mut self, limits: Limits) {
-        self.generator.set_limits(limits);
+        self.limits = limits.sanitised();
+        self.apply_limits();
+    }
+
+    /// Moves the axis as a stepper motor needs it, or no longer; see [`Stepping`].
+    pub fn set_stepping(&mut self, stepping: Option<Stepping>) {
+        self.generator.set_stepping(stepping);
     }
 
     /// Limits the torque further than the axis maximum does; a sign is dropped, what is not a number ignored.
@@ -119,23 +307,35 @@ impl Axis {
         self.following_error_limit = limit;
     }
 
-    /// Runs one raster period.
-    pub fn step(&mut self) {
-        let was_running = self.is_running();
-        if was_running {
-            self.generator.step();
-        }
-        let command = self.drive_command();
-        self.reset = false;
-        let feedback = self.drive.step(&command);
-        self.status.steps = self.status.steps.wrapping_add(1);
-        self.read(&feedback);
-        self.supervise(was_running);
-        if !(was_running && self.is_running()) {
-            let Actual { position, velocity, .. } = self.status.actual;
-            self.generator.place(position, velocity);
-        }
-        self.report();
+    /// When the axis counts as arrived at a target, and goes on to the next order; `None`: with its demand.
+    pub fn set_target_window(&mut self, window: Option<TargetWindow>) {
+        self.arrival = window.map(Arrival::new);
+    }
+
+    /// What the axis does about trouble.
+    #[must_use]
+    pub fn guard(&self) -> &Guard {
+        &self.guard
+    }
+
+    /// Replaces what the axis does about trouble.
+    pub fn set_guard(&mut self, guard: Guard) {
+        self.guard = guard;
+    }
+
+    /// Expects [`Axis::confirm`] at least every so many raster steps while there is power; `None` expects nothing.
+    pub fn set_supervision(&mut self, timeout: Option<NonZeroU32>) {
+        self.supervision.expect(timeout, self.status.steps);
+    }
+
+    /// A sign of life of whoever commands the axis.
+    pub fn confirm(&mut self) {
+        self.supervision.refresh(self.status.steps);
+    }
+
+    /// The simulated plant behind the drive, to change its load or to break something; real drives have none.
+    pub fn plant(&mut self) -> Option<&mut Plant> {
+        self.drive.plant()
     }
 
     /// The state at the end of the last step.
@@ -152,79 +352,61 @@ impl Axis {
             DriveState::NotReady | DriveState::Enabling | DriveState::Enabled | DriveState::Lost => false,
         };
         let at_rest = self.status.actual.velocity.0 == 0.0;
-        off && at_rest && !self.enable && !self.reset && self.drive.capabilities().sleeps
+        off && at_rest && !self.power.is_on() && !self.reset && self.drive.capabilities().sleeps
     }
 
-    fn command(&mut self, goal: Goal, profile: Profile) {
-        if self.is_running() {
-            self.generator.command(goal, profile);
-            self.status.done = false;
-            self.status.limited = false;
-        }
+    fn demand(&self) -> SetPoint {
+        *self.generator.set_point()
     }
 
     fn is_running(&self) -> bool {
-        self.enable && self.status.drive == DriveState::Enabled
+        self.power.is_on() && self.is_enabled
     }
 
-    fn drive_command(&self) -> Command {
-        let demand = *self.generator.set_point();
-        Command {
-            enable: self.enable,
-            set_point: SetPoint { position: demand.position - self.offset, ..demand },
-            torque_limit: Torque(self.torque_limit.0.min(self.limits().torque.0)),
-            reset_fault: self.reset,
+    /// Whether a motion is going on or about to begin.
+    fn is_moving(&self) -> bool {
+        let is_pending = self.is_motion_ordered && !self.generator.is_done();
+        self.lead > 0 || is_pending || self.demand().velocity.0 != 0.0
+    }
+
+    fn takes_orders(&self) -> bool {
+        let is_leaving = matches!(self.task, Task::Brake { off: true });
+        self.is_running() && self.power.is_ready() && self.status.fault.is_none() && !is_leaving
+    }
+
+    fn place_at_actual(&mut self) {
+        self.generator.place(self.sample.position, self.status.actual.velocity);
+    }
+
+    /// Lets the set-points of closed sides end where the demand is now.
+    fn settle(&mut self) {
+        if self.fence.settle(self.demand().position) {
+            self.apply_limits();
         }
     }
 
-    fn read(&mut self, feedback: &Feedback) {
-        self.status.drive = feedback.state;
-        if !feedback.valid {
-            return;
-        }
-        self.status.actual = Actual {
-            position: feedback.position + self.offset,
-            velocity: feedback.velocity,
-            torque: feedback.torque,
+    /// Where set-points may be.
+    fn range(&self) -> PositionRange {
+        let software = match self.travel.turn() {
+            None => self.limits.range(),
+            Some(_) => PositionRange::EXACT,
         };
-        self.status.voltage = feedback.voltage;
-        self.status.temperature = feedback.temperature;
-        let inputs = feedback.inputs;
-        self.status.switches = Switches {
-            positive_limit: inputs.positive_limit,
-            negative_limit: inputs.negative_limit,
-            home: inputs.home,
-        };
-        if let Some(index) = feedback.latches.index {
-            self.status.index = Some(index + self.offset);
-        }
+        self.fence.cut(software)
     }
 
-    fn supervise(&mut self, was_running: bool) {
-        let found = match self.status.drive {
-            DriveState::Fault(cause) => Some(Fault::Drive(cause)),
-            DriveState::Lost => Some(Fault::Lost),
-            DriveState::Enabled if was_running && self.strays() => Some(Fault::FollowingError),
-            DriveState::NotReady | DriveState::Disabled | DriveState::Enabling | DriveState::Enabled => None,
-        };
-        if let Some(fault) = found {
-            self.enable = false;
-            self.status.fault.get_or_insert(fault);
-        }
+    fn apply_limits(&mut self) {
+        self.generator.set_limits(Limits { position: Some(self.range()), ..self.limits });
     }
 
-    fn strays(&self) -> bool {
-        let error = self.generator.set_point().position - self.status.actual.position;
-        self.following_error_limit.is_some_and(|limit| error.abs() > limit.abs())
-    }
-
-    fn report(&mut self) {
-        let demand = *self.generator.set_point();
-        let running = self.is_running();
-        self.status.demand = demand;
-        self.status.following_error = demand.position - self.status.actual.position;
-        self.status.motion = if running { Motion::of(&demand) } else { Motion::Off };
-        self.status.done = running && self.generator.is_done();
-        self.status.limited = running && self.generator.is_limited();
+    fn shift(&mut self, by: Position) {
+        let shifted = |place: Option<Position>| place.map(|place| self.travel.wrap(place + by));
+        self.status.index = shifted(self.status.index);
+        self.status.mark = shifted(self.status.mark);
+        self.offset = self.offset + by;
+        self.sample.position = self.sample.position + by;
+        self.target = self.target.map(|target| target + by);
+        self.generator.shift(by);
+        self.fence.shift(by);
+        self.apply_limits();
     }
 }

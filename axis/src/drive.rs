@@ -28,12 +28,33 @@ pub trait Drive: Send {
 pub struct Command {
     /// Keep the power stage on, or switch it on.
     pub enable: bool,
-    /// Where to be at the end of the period; meaningful while the drive is enabled.
-    pub set_point: SetPoint,
+    /// What to follow while the drive is enabled.
+    pub demand: Demand,
+    /// A motion is going on or about to begin, see [`Capabilities::lead`].
+    pub moving: bool,
     /// Highest torque the motor may give in either direction.
     pub torque_limit: Torque,
+    /// Highest speed to which a torque may drive the motor.
+    pub velocity_limit: Velocity,
     /// Clear a fault; set for one period. A drive that needs longer reports `NotReady` meanwhile.
     pub reset_fault: bool,
+}
+
+/// What a drive follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Demand {
+    /// Where to be at the end of the period.
+    Position(SetPoint),
+    /// The torque to give.
+    Torque(Torque),
+    /// The output of the power stage as a share of its full scale, -1 to 1, past all controllers.
+    Output(f64),
+}
+
+impl Default for Demand {
+    fn default() -> Self {
+        Self::Position(SetPoint::default())
+    }
 }
 
 /// What the drive reports at the end of a raster period; every number is finite.
@@ -100,17 +121,6 @@ pub enum DriveFault {
     Internal,
 }
 
-/// Position switches; `true` is actuated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Switches {
-    /// End of travel in positive direction.
-    pub positive_limit: bool,
-    /// End of travel in negative direction.
-    pub negative_limit: bool,
-    /// Reference switch.
-    pub home: bool,
-}
-
 /// What a drive does by itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Capabilities {
@@ -118,6 +128,8 @@ pub struct Capabilities {
     pub profiles_itself: bool,
     /// Finds its reference position itself.
     pub homes_itself: bool,
+    /// Raster steps before a motion from standstill in which it wants to know of it (BOOST, for one).
+    pub lead: u32,
     /// Needs no steps while it is off and at rest; not while anything else still changes in it. A drive
     /// behind a bus needs every one.
     pub sleeps: bool,

@@ -1,4 +1,4 @@
-//! The digital inputs of a drive, and the exact places at which they changed.
+//! The digital inputs of an axis: electrical levels, the exact places at which they changed, and what they mean.
 
 use crate::units::Position;
 
@@ -44,4 +44,136 @@ pub struct Latches {
     pub negative_limit: Option<Position>,
     /// Edge of the reference switch.
     pub home: Option<Position>,
+}
+
+impl Latches {
+    /// The same signals, each place as `convert` sees it.
+    pub(crate) fn map(&self, convert: impl Fn(Position) -> Option<Position>) -> Self {
+        Self {
+            index: self.index.and_then(&convert),
+            positive_limit: self.positive_limit.and_then(&convert),
+            negative_limit: self.negative_limit.and_then(&convert),
+            home: self.home.and_then(&convert),
+        }
+    }
+}
+
+/// Which level of an input is the active one (MACCON MAC4 User Manual, section 4.5).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Level {
+    /// Nothing is connected: never active.
+    Unused,
+    /// Active when high.
+    #[default]
+    High,
+    /// Active when low, as with a normally closed contact: a broken wire counts as active.
+    Low,
+}
+
+impl Level {
+    fn reads(self, is_high: bool) -> bool {
+        match self {
+            Self::Unused => false,
+            Self::High => is_high,
+            Self::Low => !is_high,
+        }
+    }
+}
+
+/// The active level of each input; all active high unless told otherwise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Levels {
+    /// End of travel in positive direction.
+    pub positive_limit: Level,
+    /// End of travel in negative direction.
+    pub negative_limit: Level,
+    /// Reference switch.
+    pub home: Level,
+    /// Fault signal of the drive.
+    pub drive_fault: Level,
+    /// Emergency stop.
+    pub emergency_stop: Level,
+}
+
+impl Levels {
+    /// What the inputs say.
+    #[must_use]
+    pub fn read(&self, inputs: &Inputs) -> Switches {
+        Switches {
+            positive_limit: self.positive_limit.reads(inputs.positive_limit),
+            negative_limit: self.negative_limit.reads(inputs.negative_limit),
+            home: self.home.reads(inputs.home),
+            drive_fault: self.drive_fault.reads(inputs.drive_fault),
+            emergency_stop: self.emergency_stop.reads(inputs.emergency_stop),
+        }
+    }
+}
+
+/// The meaning of the inputs; `true` is actuated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Switches {
+    /// End of travel in positive direction.
+    pub positive_limit: bool,
+    /// End of travel in negative direction.
+    pub negative_limit: bool,
+    /// Reference switch.
+    pub home: bool,
+    /// The drive signals a fault.
+    pub drive_fault: bool,
+    /// Emergency stop: the power is cut.
+    pub emergency_stop: bool,
+}
+
+/// A position switch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Switch {
+    /// End of travel in positive direction.
+    PositiveLimit,
+    /// End of travel in negative direction.
+    NegativeLimit,
+    /// Reference switch.
+    Home,
+}
+
+impl Switch {
+    pub(crate) fn is_actuated(self, switches: &Switches) -> bool {
+        match self {
+            Self::PositiveLimit => switches.positive_limit,
+            Self::NegativeLimit => switches.negative_limit,
+            Self::Home => switches.home,
+        }
+    }
+
+    pub(crate) fn latch(self, latches: &Latches) -> Option<Position> {
+        match self {
+            Self::PositiveLimit => latches.positive_limit,
+            Self::NegativeLimit => latches.negative_limit,
+            Self::Home => latches.home,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_input_is_read_by_its_own_level() {
+        let levels = Levels {
+            positive_limit: Level::Low,
+            negative_limit: Level::Unused,
+            emergency_stop: Level::Low,
+            ..Levels::default()
+        };
+        let off = Switches { positive_limit: true, emergency_stop: true, ..Switches::default() };
+        assert_eq!(levels.read(&Inputs::default()), off);
+        let all = Inputs {
+            positive_limit: true,
+            negative_limit: true,
+            home: true,
+            drive_fault: true,
+            emergency_stop: true,
+        };
+        assert_eq!(levels.read(&all), Switches { home: true, drive_fault: true, ..Switches::default() });
+    }
 }

@@ -14,20 +14,24 @@ mod generator;
 mod inputs;
 mod limits;
 mod measurement;
+mod order;
 mod plant;
+mod power_stage;
 mod profile;
 mod pulses;
 mod servo;
 mod status;
+mod travel;
 mod units;
 
-pub use axis::Axis;
+pub use axis::{Axis, BehindLimit, Guard, PowerDelays, QueueFull, Reaction, TargetWindow};
 pub use controller::{Coefficients, PositionController};
-pub use drive::{Capabilities, Command, Drive, DriveFault, DriveState, Feedback, Switches};
-pub use inputs::{Input, Inputs, Latches};
+pub use drive::{Capabilities, Command, Demand, Drive, DriveFault, DriveState, Feedback};
 pub use generator::{Creep, Generator, Goal, Stepping};
+pub use inputs::{Input, Inputs, Latches, Level, Levels, Switch, Switches};
 pub use limits::{Limits, PositionRange};
 pub use measurement::{Coding, Counting, Measurement, OutOfRange, Scale, Sensor, SensorConfig};
+pub use order::{Base, Finish, Mark, Order, Seek, SeekState};
 pub use plant::{
     Amplifier, AmplifierConfig, AmplifierMode, DcLink, EncoderBreak, Load, Noise, Overload, Plant,
     PlantConfig, PlantFault, ScheduledFault, Stepper, StepperConfig, Supply, Thermal,
@@ -36,4 +40,5 @@ pub use profile::{Profile, SetPoint};
 pub use pulses::{InMotion, MAX_QUANTA, PulseOutput, Pulses};
 pub use servo::{ServoConfig, SimulatedServo};
 pub use status::{Actual, Fault, Motion, Status};
+pub use travel::{Travel, Turn};
 pub use units::{Acceleration, Jerk, Period, Position, Temperature, Torque, Velocity, Voltage};

@@ -209,7 +209,7 @@ impl Plant {
 
     /// The highest torque of the motor.
     #[must_use]
-    pub(crate) fn peak_torque(&self) -> Torque {
+    pub fn peak_torque(&self) -> Torque {
         self.mechanics.limited(Torque(f64::MAX))
     }
 

@@ -1,9 +1,10 @@
 //! A simulated drive: the plant under a cascaded controller.
 
-use crate::drive::{Capabilities, Command, Drive, DriveFault, DriveState, Feedback};
+use crate::drive::{Capabilities, Command, Demand, Drive, Feedback};
 use crate::plant::{Plant, PlantConfig};
+use crate::power_stage::PowerStage;
 use crate::profile::SetPoint;
-use crate::units::{Period, Torque, cut, magnitude};
+use crate::units::{Period, Torque, Velocity, cut, magnitude};
 
 /// Longest period of the inner controller, in ns.
 const INNER_NANOS: u64 = 250_000;
@@ -31,9 +32,7 @@ pub struct SimulatedServo {
     controller: Controller,
     inner_steps: u32,
     inner_seconds: f64,
-    enabling_steps: u32,
-    enabling_left: u32,
-    state: DriveState,
+    stage: PowerStage,
     steps: u64,
     torque: Torque,
 }
@@ -48,38 +47,22 @@ impl SimulatedServo {
             controller: Controller::default(),
             inner_steps,
             inner_seconds: period.seconds() / f64::from(inner_steps),
-            enabling_steps: config.enabling_steps,
-            enabling_left: 0,
-            state: DriveState::Disabled,
+            stage: PowerStage::new(config.enabling_steps),
             steps: 0,
             torque: Torque(0.0),
         }
     }
 
-    fn switch(&mut self, command: &Command) {
-        let can_reset = command.reset_fault && self.plant.fault().is_none();
-        self.state = match (self.state, command.enable) {
-            (DriveState::Fault(_), _) if can_reset => DriveState::Disabled,
-            (fault @ (DriveState::Fault(_) | DriveState::Lost), _) => fault,
-            (_, false) => DriveState::Disabled,
-            (DriveState::Enabled, true) => DriveState::Enabled,
-            (DriveState::NotReady | DriveState::Disabled, true) => self.start_enabling(),
-            (DriveState::Enabling, true) => self.go_on_enabling(),
-        };
-    }
-
-    fn start_enabling(&mut self) -> DriveState {
-        self.enabling_left = self.enabling_steps;
-        self.go_on_enabling()
-    }
-
-    fn go_on_enabling(&mut self) -> DriveState {
-        if self.enabling_left > 0 {
-            self.enabling_left -= 1;
-            return DriveState::Enabling;
+    fn obey(&mut self, command: &Command) {
+        let limit = command.torque_limit;
+        match &command.demand {
+            Demand::Position(set_point) => self.drive(set_point, limit),
+            Demand::Torque(torque) => self.push(*torque, limit, command.velocity_limit),
+            Demand::Output(share) => {
+                let torque = Torque(share * self.plant.peak_torque().0);
+                self.push(torque, limit, Velocity(f64::MAX));
+            }
         }
-        self.controller = Controller::default();
-        DriveState::Enabled
     }
 
     /// Follows the set-point, until the power electronics trip.
@@ -87,12 +70,28 @@ impl SimulatedServo {
         let gains = Gains::of(&self.plant, self.inner_seconds);
         let limit = Torque(magnitude(limit.0, self.plant.peak_torque().0));
         for left in (1..=self.inner_steps).rev() {
-            if self.state != DriveState::Enabled {
+            if !self.stage.is_on() {
                 return self.coast(left);
             }
             let target = earlier(set_point, f64::from(left), self.inner_seconds);
             let torque = self.controller.torque(&self.plant, &gains, &target, limit);
             self.advance(torque);
+        }
+    }
+
+    /// Gives a torque that drives the motor to the highest speed at most, until the power electronics trip.
+    #[inline(never)]
+    fn push(&mut self, torque: Torque, limit: Torque, highest: Velocity) {
+        self.controller = Controller::default();
+        let torque = if torque.0.is_nan() { Torque(0.0) } else { Torque(cut(torque.0, limit.0)) };
+        let direction = if torque.0 < 0.0 { -1.0 } else { 1.0 };
+        for left in (1..=self.inner_steps).rev() {
+            if !self.stage.is_on() {
+                return self.coast(left);
+            }
+            let room = (highest.0 - direction * self.plant.velocity().0) / self.inner_seconds;
+            let most = direction * self.plant.torque_for(direction * room, direction * highest.0).0;
+            self.advance(Torque(direction * torque.abs().0.min(most.max(0.0))));
         }
     }
 
@@ -107,24 +106,15 @@ impl SimulatedServo {
         self.torque = torque;
         self.plant.step(torque, self.inner_seconds);
         if let Some(cause) = self.plant.fault() {
-            self.trip(cause);
+            self.stage.trip(cause);
         }
-    }
-
-    fn trip(&mut self, cause: DriveFault) {
-        self.state = match self.state {
-            kept @ (DriveState::Fault(_) | DriveState::Lost) => kept,
-            DriveState::NotReady | DriveState::Disabled | DriveState::Enabling | DriveState::Enabled => {
-                DriveState::Fault(cause)
-            }
-        };
     }
 
     fn feedback(&mut self) -> Feedback {
         Feedback {
             step: self.steps,
             valid: true,
-            state: self.state,
+            state: self.stage.state(),
             position: self.plant.encoder(),
             velocity: self.plant.velocity(),
             torque: self.torque,
@@ -139,10 +129,12 @@ impl SimulatedServo {
 impl Drive for SimulatedServo {
     fn step(&mut self, command: &Command) -> Feedback {
         self.steps = self.steps.wrapping_add(1);
-        let powered = self.state == DriveState::Enabled && command.enable;
-        self.switch(command);
-        if powered {
-            self.drive(&command.set_point, command.torque_limit);
+        let is_powered = self.stage.is_on() && command.enable;
+        if self.stage.switch(command, self.plant.fault()) {
+            self.controller = Controller::default();
+        }
+        if is_powered {
+            self.obey(command);
         } else {
             self.coast(self.inner_steps);
         }

@@ -1,6 +1,8 @@
 //! What an axis reports.
 
-use crate::drive::{DriveFault, DriveState, Switches};
+use crate::drive::{DriveFault, DriveState};
+use crate::inputs::Switches;
+use crate::order::SeekState;
 use crate::profile::SetPoint;
 use crate::units::{Position, Temperature, Torque, Velocity, Voltage};
 
@@ -22,13 +24,22 @@ pub struct Status {
     /// The demand has arrived: at the target, at the velocity or at standstill. With `limited`, as near to
     /// it as the position limits allow. False from a command to the next step, and while the axis is off.
     pub done: bool,
-    /// A position limit has changed or stopped the motion asked for; until the next command.
+    /// A position limit or a limit switch has changed or stopped the motion asked for; until the next command.
     pub limited: bool,
+    /// The actual position has been near enough to the target for long enough, see
+    /// [`Axis::set_target_window`](crate::Axis::set_target_window).
+    pub on_target: bool,
+    /// How far the last search has come.
+    pub seek: SeekState,
+    /// Exact place of the mark that the last search has found.
+    pub mark: Option<Position>,
+    /// Orders that wait for the present one.
+    pub queued: usize,
     /// Supply of the power stage.
     pub voltage: Voltage,
     /// Temperature of the power stage.
     pub temperature: Temperature,
-    /// Position switches.
+    /// The inputs.
     pub switches: Switches,
     /// Exact place of the last index passage; `None` until the first.
     pub index: Option<Position>,
@@ -88,4 +99,10 @@ pub enum Fault {
     Drive(DriveFault),
     /// The drive no longer answers.
     Lost,
+    /// The emergency stop was actuated.
+    EmergencyStop,
+    /// The drive signalled a fault at its input.
+    DriveSignal,
+    /// Whoever commands the axis gave no sign of life in time.
+    Supervision,
 }

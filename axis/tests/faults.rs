@@ -9,6 +9,7 @@ const PROFILE: Profile = Profile {
     velocity: Velocity(100_000.0),
     acceleration: axis::Acceleration(1e6),
     deceleration: axis::Acceleration(1e6),
+    jerk: None,
 };
 
 /// An axis that runs at 100 000 counts/s when `fault` comes half a second after its start.

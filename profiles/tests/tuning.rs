@@ -1,7 +1,7 @@
 //! The simulated drive on every shipped motor: its default tuning is stable with any sensible load.
 
 use axis::{
-    Command, Drive, DriveState, Feedback, Load, Period, PlantConfig, Position, ServoConfig, SetPoint,
+    Command, Demand, Drive, DriveState, Feedback, Load, Period, PlantConfig, Position, ServoConfig, SetPoint,
     SimulatedServo, Torque, Velocity,
 };
 use profiles::{Motor, Profile};
@@ -45,7 +45,12 @@ fn settled(motor: &Motor, plant: PlantConfig) -> SimulatedServo {
 }
 
 fn follow(servo: &mut SimulatedServo, set_point: SetPoint) -> Feedback {
-    servo.step(&Command { enable: true, set_point, torque_limit: Torque(3000.0), reset_fault: false })
+    servo.step(&Command {
+        enable: true,
+        demand: Demand::Position(set_point),
+        torque_limit: Torque(3000.0),
+        ..Command::default()
+    })
 }
 
 #[test]

@@ -1,18 +1,44 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::drive::{DriveFault, DriveState};
 use crate::limits::PositionRange;
 use crate::plant::tests::{wild, wild_config};
 use crate::plant::{DcLink, Load, Noise, Overload, PlantFault, ScheduledFault, Supply};
-use crate::units::{Position, Velocity, Voltage};
+use crate::units::{Acceleration, Position, Velocity, Voltage};
 
 fn servo(plant: PlantConfig) -> SimulatedServo {
     SimulatedServo::new(Period::MILLISECOND, ServoConfig { plant, ..ServoConfig::default() })
 }
 
 fn on(position: f64) -> Command {
-    let set_point = SetPoint { position: Position(position), ..SetPoint::default() };
-    Command { enable: true, set_point, torque_limit: Torque(3000.0), reset_fault: false }
+    following(position, 0.0, 0.0)
+}
+
+/// Power on, and this set-point.
+fn following(position: f64, velocity: f64, acceleration: f64) -> Command {
+    let set_point = SetPoint {
+        position: Position(position),
+        velocity: Velocity(velocity),
+        acceleration: Acceleration(acceleration),
+    };
+    Command {
+        enable: true,
+        demand: Demand::Position(set_point),
+        torque_limit: Torque(3000.0),
+        ..Command::default()
+    }
+}
+
+/// Brings the drive to 50000 counts/s; the last command.
+fn run_up(servo: &mut SimulatedServo) -> Command {
+    let commands = (0..100_u32).map(|step| following(50.0 * f64::from(step), 50_000.0, 0.0));
+    let mut last = Command::default();
+    for command in commands {
+        servo.step(&command);
+        last = command;
+    }
+    last
 }
 
 /// Enables the drive and lets it settle at `position`.
@@ -75,12 +101,7 @@ fn pushing_against_a_stop_winds_nothing_up() {
 #[test]
 fn without_power_only_friction_works() {
     let mut servo = servo(PlantConfig::default());
-    let mut command = on(0.0);
-    command.set_point.velocity = Velocity(50_000.0);
-    for _ in 0..100 {
-        servo.step(&command);
-        command.set_point.position.0 += 50.0;
-    }
+    run_up(&mut servo);
     let mut last = servo.plant.velocity().0;
     assert!(last > 40_000.0);
     while last > 0.0 {
@@ -137,12 +158,7 @@ fn a_fault_shorter_than_a_raster_step_is_not_missed() {
 #[test]
 fn a_fault_on_the_move_lets_the_motor_coast() {
     let mut servo = servo(PlantConfig::default());
-    let mut command = on(0.0);
-    command.set_point.velocity = Velocity(50_000.0);
-    for _ in 0..100 {
-        servo.step(&command);
-        command.set_point.position.0 += 50.0;
-    }
+    let command = run_up(&mut servo);
     servo.plant().unwrap().inject(PlantFault::EncoderBreak);
     servo.step(&command);
     let speed = servo.plant.motor_velocity();
@@ -161,7 +177,7 @@ fn an_overload_against_a_blocked_shaft_trips_in_time() {
     let steps = (0..).take_while(|_| servo.step(&on(1e6)).state == DriveState::Enabled).count();
     // Three times the rated torque for 9/8 s; the first steps have less.
     assert!((1124..=1126).contains(&steps), "{steps}");
-    assert_eq!(servo.state, DriveState::Fault(DriveFault::Overload));
+    assert_eq!(servo.stage.state(), DriveState::Fault(DriveFault::Overload));
 }
 
 #[test]
@@ -173,16 +189,15 @@ fn braking_a_heavy_load_trips_over_voltage_unless_a_chopper_burns_the_energy() {
         let load = Load { inertia_kgm2: 3e-4, ..Load::default() };
         let mut servo = servo(PlantConfig { supply, load, ..PlantConfig::default() });
         settle(&mut servo, 0.0);
-        let mut command = on(0.0);
+        let (mut position, mut velocity) = (0.0, 0.0);
         for step in 0..400_u32 {
             let acceleration = if step < 200 { 2e6 } else { -2e6 };
-            command.set_point.acceleration.0 = acceleration;
-            command.set_point.position.0 += command.set_point.velocity.0 * 1e-3 + acceleration * 0.5e-6;
-            command.set_point.velocity.0 += acceleration * 1e-3;
-            let feedback = servo.step(&command);
+            position += velocity * 1e-3 + acceleration * 0.5e-6;
+            velocity += acceleration * 1e-3;
+            let feedback = servo.step(&following(position, velocity, acceleration));
             assert!(step >= 200 || feedback.state == DriveState::Enabled, "{step}: {feedback:?}");
         }
-        assert_eq!(servo.state, expected);
+        assert_eq!(servo.stage.state(), expected);
     }
 }
 
@@ -281,8 +296,11 @@ proptest! {
     ) {
         let mut servo = servo(plant);
         for [position, velocity, acceleration, limit] in commands {
-            let mut command = Command { torque_limit: Torque(limit), reset_fault: true, ..on(position) };
-            (command.set_point.velocity.0, command.set_point.acceleration.0) = (velocity, acceleration);
+            let command = Command {
+                torque_limit: Torque(limit),
+                reset_fault: true,
+                ..following(position, velocity, acceleration)
+            };
             let shown = servo.step(&command);
             let numbers = [
                 shown.position.0,

@@ -48,6 +48,9 @@ const fn standard(fault: axis::Fault) -> (u16, u8) {
     match fault {
         axis::Fault::FollowingError => (0x8611, PROFILE),
         axis::Fault::Lost => (0x7500, 0),
+        axis::Fault::EmergencyStop => (0x9000, 0),
+        axis::Fault::DriveSignal => (0x5000, 0),
+        axis::Fault::Supervision => (0x8100, COMMUNICATION),
         axis::Fault::Drive(cause) => match cause {
             DriveFault::OverCurrent => (0x2310, CURRENT),
             DriveFault::OverVoltage => (0x3210, VOLTAGE),

@@ -1,0 +1,310 @@
+//! One raster step: set-point to the drive, feedback from it, and what follows from both.
+
+use super::fence::{Change, Side};
+use super::seek::{Sample, Seeking};
+use super::{Axis, Reaction, Task};
+use crate::drive::{Command, Demand, DriveState, Feedback};
+use crate::generator::Goal;
+use crate::inputs::Latches;
+use crate::order::{Finish, SeekState};
+use crate::profile::SetPoint;
+use crate::status::{Actual, Fault, Motion};
+use crate::units::{Acceleration, Position, Torque};
+
+impl Axis {
+    /// Runs one raster period.
+    pub fn step(&mut self) {
+        let was_running = self.is_running();
+        if was_running {
+            self.generate();
+        }
+        let command = self.drive_command();
+        self.reset = false;
+        let feedback = self.drive.step(&command);
+        self.status.steps = self.status.steps.wrapping_add(1);
+        self.read(&feedback);
+        self.power.step(self.is_enabled);
+        self.supervise(&feedback, was_running);
+        self.watch_switches();
+        if was_running && self.is_running() {
+            self.advance();
+        } else {
+            self.task = Task::Follow;
+            self.lead = 0;
+            self.is_motion_ordered = false;
+            self.place_at_actual();
+        }
+        self.normalise();
+        self.report();
+        self.arrive();
+        self.go_on();
+    }
+
+    fn generate(&mut self) {
+        match &mut self.task {
+            Task::Follow | Task::Seek(_) | Task::Brake { .. } => match self.lead.checked_sub(1) {
+                Some(left) => self.lead = left,
+                None => self.generator.step(),
+            },
+            Task::Push(push) => push.step(),
+            Task::Output(_) => {}
+        }
+    }
+
+    fn drive_command(&self) -> Command {
+        let mut torque_limit = self.torque_limit.0.min(self.limits.torque.0);
+        let demand = match &self.task {
+            Task::Push(push) => Demand::Torque(push.torque()),
+            Task::Output(share) => Demand::Output(*share),
+            Task::Follow | Task::Seek(_) | Task::Brake { .. } => {
+                let demand = self.demand();
+                Demand::Position(SetPoint { position: demand.position - self.offset, ..demand })
+            }
+        };
+        if let Task::Seek(seeking) = &self.task {
+            torque_limit = seeking.pushes().map_or(torque_limit, |limit| torque_limit.min(limit.0));
+        }
+        Command {
+            enable: self.power.is_on(),
+            demand,
+            moving: self.is_running() && self.is_moving(),
+            torque_limit: Torque(torque_limit),
+            velocity_limit: self.limits.velocity,
+            reset_fault: self.reset,
+        }
+    }
+
+    fn read(&mut self, feedback: &Feedback) {
+        self.is_enabled = feedback.state == DriveState::Enabled;
+        self.status.drive = feedback.state;
+        self.sample.latches = Latches::default();
+        if !feedback.valid {
+            return;
+        }
+        self.sample = Sample {
+            switches: self.guard.levels.read(&feedback.inputs),
+            latches: feedback.latches.map(|place| Some(place + self.offset)),
+            torque: feedback.torque,
+            position: feedback.position + self.offset,
+        };
+        self.status.actual.velocity = feedback.velocity;
+        self.status.actual.torque = feedback.torque;
+        self.status.voltage = feedback.voltage;
+        self.status.temperature = feedback.temperature;
+        self.status.switches = self.sample.switches;
+        if let Some(index) = self.sample.latches.index {
+            self.status.index = Some(self.travel.wrap(index));
+        }
+    }
+
+    fn supervise(&mut self, feedback: &Feedback, was_running: bool) {
+        match feedback.state {
+            DriveState::Fault(cause) => self.trip(Fault::Drive(cause), Reaction::Coast),
+            DriveState::Lost => self.trip(Fault::Lost, Reaction::Coast),
+            DriveState::NotReady | DriveState::Disabled | DriveState::Enabling | DriveState::Enabled => {}
+        }
+        if self.sample.switches.emergency_stop {
+            self.trip(Fault::EmergencyStop, Reaction::Coast);
+        }
+        if !self.power.is_on() {
+            return;
+        }
+        if self.sample.switches.drive_fault {
+            self.trip(Fault::DriveSignal, self.guard.drive_signal);
+        }
+        if self.supervision.is_expired(self.status.steps) {
+            self.trip(Fault::Supervision, self.guard.supervision);
+        }
+        if was_running && self.strays() {
+            if self.status.fault.is_none() {
+                self.place_at_actual();
+            }
+            self.trip(Fault::FollowingError, self.guard.following_error);
+        }
+    }
+
+    /// Whether the axis is too far from its demand. One that pushes or brakes after a fault may be.
+    fn strays(&self) -> bool {
+        let may_stray = match &self.task {
+            Task::Follow | Task::Brake { off: false } => false,
+            Task::Seek(seeking) => seeking.pushes().is_some(),
+            Task::Push(_) | Task::Output(_) | Task::Brake { off: true } => true,
+        };
+        let error = self.demand().position - self.sample.position;
+        !may_stray && self.following_error_limit.is_some_and(|limit| error.abs() > limit.abs())
+    }
+
+    fn trip(&mut self, fault: Fault, reaction: Reaction) {
+        let is_first = self.status.fault.is_none();
+        self.status.fault.get_or_insert(fault);
+        self.queue.clear();
+        match reaction {
+            Reaction::Brake if self.is_running() && !matches!(self.task, Task::Output(_)) => {
+                if is_first {
+                    self.brake(true);
+                }
+            }
+            Reaction::Brake | Reaction::Coast => self.power.cut(),
+        }
+    }
+
+    fn watch_switches(&mut self) {
+        let Sample { switches, position, .. } = self.sample;
+        for change in self.fence.watch(&switches, position, self.guard.behind_limit) {
+            match change {
+                Change::Opened => self.apply_limits(),
+                Change::Closed(side) if self.is_running() => self.close(side),
+                Change::Closed(_) => {}
+            }
+        }
+    }
+
+    /// A limit switch was met.
+    fn close(&mut self, side: Side) {
+        match &self.task {
+            Task::Seek(seeking) if seeking.is_after(side) => {}
+            Task::Brake { .. } => {}
+            Task::Output(_) => {
+                self.is_blocked = true;
+                self.power.cut();
+            }
+            Task::Seek(_) if side.is_ahead(self.demand().velocity) => {
+                self.status.seek = SeekState::Failed;
+                self.block();
+            }
+            Task::Follow if side.is_ahead(self.demand().velocity) => self.block(),
+            Task::Push(push)
+                if side.is_ahead(self.status.actual.velocity) || side.is_ahead(push.direction()) =>
+            {
+                self.block();
+            }
+            Task::Follow | Task::Seek(_) | Task::Push(_) => self.settle(),
+        }
+    }
+
+    /// Ends what was ordered because a limit stands in the way.
+    pub(super) fn block(&mut self) {
+        self.queue.clear();
+        self.brake(false);
+        self.is_blocked = true;
+    }
+
+    fn advance(&mut self) {
+        match self.task {
+            Task::Follow => {}
+            Task::Seek(seeking) => self.advance_search(seeking),
+            Task::Push(_) | Task::Output(_) => {
+                self.place_at_actual();
+                self.stay_inside();
+            }
+            Task::Brake { off } => {
+                if self.generator.is_done() {
+                    self.task = Task::Follow;
+                    self.settle();
+                    if off {
+                        self.power.switch_off(true);
+                    }
+                }
+            }
+        }
+    }
+
+    fn advance_search(&mut self, mut seeking: Seeking) {
+        if seeking.is_finishing {
+            if self.generator.is_done() {
+                self.task = Task::Follow;
+                self.settle();
+            }
+            return;
+        }
+        if let Some(mark) = seeking.look(&self.sample) {
+            self.status.seek = SeekState::Found;
+            self.status.mark = Some(self.travel.wrap(mark));
+            self.finish(&seeking, mark);
+            seeking.is_finishing = true;
+        } else if self.generator.is_limited() {
+            self.status.seek = SeekState::Failed;
+            self.block();
+            return;
+        }
+        self.task = Task::Seek(seeking);
+    }
+
+    fn finish(&mut self, seeking: &Seeking, mark: Position) {
+        match seeking.finish() {
+            Finish::Ramp => self.ramp_down(seeking.seek.deceleration),
+            Finish::Abrupt => {
+                if seeking.pushes().is_some() {
+                    self.place_at_actual();
+                }
+                self.ramp_down(Acceleration(0.0));
+            }
+            Finish::Return => self.generator.command(Goal::MoveTo(mark), seeking.profile()),
+        }
+    }
+
+    /// Keeps an axis without a demand position inside the position limits: it brakes where a stop with the
+    /// highest deceleration would end at one.
+    fn stay_inside(&mut self) {
+        let Actual { velocity, .. } = self.status.actual;
+        let (speed, range) = (velocity.abs().0, self.range());
+        let way = speed * speed / (2.0 * self.limits.acceleration.0) + 2.0 * speed * self.period.seconds();
+        let end = self.sample.position + Position(if velocity.0 < 0.0 { -way } else { way });
+        let is_leaving = (velocity.0 > 0.0 && end > range.max()) || (velocity.0 < 0.0 && end < range.min());
+        if !is_leaving {
+            return;
+        }
+        match self.task {
+            Task::Output(_) => {
+                self.is_blocked = true;
+                self.power.cut();
+            }
+            Task::Follow | Task::Seek(_) | Task::Push(_) | Task::Brake { .. } => self.block(),
+        }
+    }
+
+    /// Takes whole turns off a position that has become large.
+    fn normalise(&mut self) {
+        let excess = self.travel.excess(self.sample.position);
+        if excess.0 != 0.0 {
+            self.shift(-excess);
+        }
+    }
+
+    pub(super) fn report(&mut self) {
+        let demand = self.demand();
+        let is_running = self.is_running();
+        self.status.actual.position = self.travel.wrap(self.sample.position);
+        self.status.demand = SetPoint { position: self.travel.wrap(demand.position), ..demand };
+        self.status.following_error = demand.position - self.sample.position;
+        self.status.motion = if is_running { Motion::of(&demand) } else { Motion::Off };
+        self.status.done = is_running
+            && match &self.task {
+                Task::Follow => self.generator.is_done(),
+                Task::Push(push) => push.is_done(),
+                Task::Output(_) => true,
+                Task::Seek(_) | Task::Brake { .. } => false,
+            };
+        self.status.limited = is_running && (self.is_blocked || self.generator.is_limited());
+        if is_running && self.power.is_opening() {
+            self.status.drive = DriveState::Enabling;
+        }
+    }
+
+    /// Tells whether the axis has arrived where its demand is.
+    fn arrive(&mut self) {
+        self.status.on_target = self.status.done
+            && self.arrival.as_mut().is_none_or(|arrival| arrival.step(self.status.following_error));
+    }
+
+    /// Goes on with the next order that waits, once the present one is done.
+    fn go_on(&mut self) {
+        if self.status.on_target
+            && self.takes_orders()
+            && let Some(order) = self.queue.pop()
+        {
+            self.execute(order);
+        }
+        self.status.queued = self.queue.len();
+    }
+}

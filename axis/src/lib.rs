@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_code)]
 
+mod analog;
 mod axis;
 mod controller;
 mod drive;
@@ -21,9 +22,11 @@ mod profile;
 mod pulses;
 mod servo;
 mod status;
+mod step_drive;
 mod travel;
 mod units;
 
+pub use analog::{AnalogConfig, AnalogDrive};
 pub use axis::{Axis, BehindLimit, Guard, PowerDelays, QueueFull, Reaction, TargetWindow};
 pub use controller::{Coefficients, PositionController};
 pub use drive::{Capabilities, Command, Demand, Drive, DriveFault, DriveState, Feedback};
@@ -40,5 +43,6 @@ pub use profile::{Profile, SetPoint};
 pub use pulses::{InMotion, MAX_QUANTA, PulseOutput, Pulses};
 pub use servo::{ServoConfig, SimulatedServo};
 pub use status::{Actual, Fault, Motion, Status};
+pub use step_drive::{StepConfig, StepDrive, StepFeedback};
 pub use travel::{Travel, Turn};
 pub use units::{Acceleration, Jerk, Period, Position, Temperature, Torque, Velocity, Voltage};

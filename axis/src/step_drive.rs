@@ -1,0 +1,210 @@
+//! A stepper motor under a pulse output (MACCON MAC4 User Manual, sections 2.4, 4.1 and 4.4).
+//!
+//! The axis counts in the steps of the pulse output. Where it is tells the count of pulses, or an encoder whose
+//! increments are converted to steps; then the following error shows lost steps.
+
+use crate::drive::{Capabilities, Command, Demand, Drive, DriveFault, Feedback};
+use crate::inputs::Latches;
+use crate::measurement::{Measurement, Scale, Sensor, SensorConfig};
+use crate::plant::{Plant, PlantConfig, Stepper, StepperConfig};
+use crate::power_stage::PowerStage;
+use crate::pulses::Pulses;
+use crate::units::{Period, Position, Torque, Velocity, cut};
+
+/// Longest step of the simulation, in ns.
+const INNER_NANOS: u64 = 250_000;
+
+/// Highest frequencies, in Hz (table 4.1).
+const NORMAL_HZ: f64 = 50_000.0;
+const TURBO_HZ: f64 = 500_000.0;
+
+/// What a stepper drive is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepConfig {
+    /// The mechanics.
+    pub plant: PlantConfig,
+    /// The motor.
+    pub motor: StepperConfig,
+    /// What tells where it is.
+    pub feedback: StepFeedback,
+    /// Ten times the frequencies.
+    pub turbo: bool,
+    /// How long BOOST is on before a motion, in ns; rounded up to whole raster steps.
+    pub boost_lead_nanos: u64,
+    /// Raster steps from the enable command to power on.
+    pub enabling_steps: u32,
+}
+
+impl Default for StepConfig {
+    /// The default motor with the viscous friction of a damped one; pulses are counted.
+    fn default() -> Self {
+        Self {
+            plant: PlantConfig { viscous_friction_nms: 5e-3, ..PlantConfig::default() },
+            motor: StepperConfig::default(),
+            feedback: StepFeedback::Counter,
+            turbo: false,
+            boost_lead_nanos: 0,
+            enabling_steps: 0,
+        }
+    }
+}
+
+/// What tells where a stepper motor is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StepFeedback {
+    /// The pulses put out.
+    Counter,
+    /// An encoder; its increments are the counts of the plant.
+    Encoder {
+        /// Its register.
+        sensor: SensorConfig,
+        /// Increments to steps.
+        scale: Scale,
+    },
+}
+
+/// A simulated stepper drive; the raster period is the sampling period of its pulse output.
+#[derive(Clone, Debug)]
+pub struct StepDrive {
+    plant: Plant,
+    motor: Stepper,
+    pulses: Pulses,
+    encoder: Option<(Sensor, Measurement)>,
+    stage: PowerStage,
+    lead: u32,
+    inner_steps: u32,
+    inner_seconds: f64,
+    period_seconds: f64,
+    /// Place of the pulses minus measured place, as it was when the power came on.
+    bias: Position,
+    steps: u64,
+    position: Position,
+    velocity: Velocity,
+    torque: Torque,
+}
+
+impl StepDrive {
+    /// A drive stepped once every `period`, at rest and without power.
+    #[must_use]
+    pub fn new(period: Period, config: StepConfig) -> Self {
+        let inner_steps = u32::try_from(period.nanos().div_ceil(INNER_NANOS)).unwrap_or(u32::MAX);
+        let mut pulses = Pulses::new(period);
+        pulses.set_boost_lead(config.boost_lead_nanos);
+        // At rest nothing is refused.
+        let _ = pulses.set_turbo(config.turbo);
+        let plant = Plant::new(config.plant);
+        let encoder = match config.feedback {
+            StepFeedback::Counter => None,
+            StepFeedback::Encoder { sensor, scale } => {
+                Some((Sensor::new(sensor), Measurement::new(sensor, scale)))
+            }
+        };
+        let lead = config.boost_lead_nanos.div_ceil(period.nanos());
+        let mut new = Self {
+            motor: Stepper::new(config.motor, plant.motor_position()),
+            plant,
+            pulses,
+            encoder,
+            stage: PowerStage::new(config.enabling_steps),
+            lead: u32::try_from(lead).unwrap_or(u32::MAX),
+            inner_steps,
+            inner_seconds: period.seconds() / f64::from(inner_steps),
+            period_seconds: period.seconds(),
+            bias: Position(0.0),
+            steps: 0,
+            position: Position(0.0),
+            velocity: Velocity(0.0),
+            torque: Torque(0.0),
+        };
+        new.measure(0);
+        new
+    }
+
+    /// Where the pulses are to be after this period.
+    fn target(&self, demand: &Demand) -> Position {
+        match demand {
+            Demand::Position(set_point) => set_point.position + self.bias,
+            Demand::Output(share) => {
+                let highest = if self.pulses.is_turbo() { TURBO_HZ } else { NORMAL_HZ };
+                self.pulses.place() + Position(cut(*share, 1.0) * highest * self.period_seconds)
+            }
+            // A stepper motor has no torque to set.
+            Demand::Torque(_) => self.pulses.place(),
+        }
+    }
+
+    /// Turns from one place of the pulses to another.
+    fn advance(&mut self, from: Position, to: Position, limit: Torque) {
+        let share = 1.0 / f64::from(self.inner_steps);
+        for inner in 1..=self.inner_steps {
+            let place = from.0 + (to - from).0 * f64::from(inner) * share;
+            self.torque = if self.stage.is_on() {
+                Torque(cut(self.motor.torque((place + 0.5).floor(), &self.plant).0, limit.0))
+            } else {
+                Torque(0.0)
+            };
+            self.plant.step(self.torque, self.inner_seconds);
+            if let Some(cause) = self.plant.fault() {
+                self.stage.trip(cause);
+            }
+        }
+    }
+
+    /// Takes the count of pulses, or reads the encoder; with an encoder also the latches.
+    fn measure(&mut self, pulses: i64) -> Latches {
+        let raw = self.plant.take_latches();
+        let Some((sensor, measurement)) = &mut self.encoder else {
+            // A signal is where the pulses are when it changes.
+            self.position = Position(pulses as f64);
+            return raw.map(|_| Some(self.position));
+        };
+        let latches = raw.map(|place| {
+            let word = sensor.word(place.0 as i64);
+            measurement.latched(word).ok().map(|place| Position(place as f64))
+        });
+        match measurement.update(sensor.word(self.plant.encoder().0 as i64)) {
+            Ok(position) => self.position = Position(position as f64),
+            Err(_) => self.stage.trip(DriveFault::Encoder),
+        }
+        latches
+    }
+}
+
+impl Drive for StepDrive {
+    fn step(&mut self, command: &Command) -> Feedback {
+        self.steps = self.steps.wrapping_add(1);
+        let is_powered = self.stage.is_on() && command.enable;
+        self.stage.switch(command, self.plant.fault());
+        let from = self.pulses.place();
+        let output = if is_powered {
+            self.pulses.step(self.target(&command.demand), command.moving)
+        } else {
+            self.bias = from - self.position;
+            self.pulses.step(from, false)
+        };
+        let to = self.pulses.place();
+        self.advance(from, to, if is_powered { command.torque_limit } else { Torque(0.0) });
+        self.velocity = Velocity((to - from).0 / self.period_seconds);
+        let latches = self.measure(output.steps);
+        Feedback {
+            step: self.steps,
+            valid: true,
+            state: self.stage.state(),
+            position: self.position,
+            velocity: self.velocity,
+            torque: self.torque,
+            voltage: self.plant.supply(),
+            temperature: self.plant.temperature(),
+            inputs: self.plant.inputs(),
+            latches,
+        }
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities { sleeps: self.plant.is_settled(), lead: self.lead, ..Capabilities::default() }
+    }
+
+    fn plant(&mut self) -> Option<&mut Plant> {
+        Some(&mut self.plant)
+    }
+}

@@ -27,7 +27,7 @@ impl Turn {
     /// A turn of so many counts; `None` when that is no whole number in the range.
     #[must_use]
     pub fn new(counts: Position) -> Option<Self> {
-        let is_whole = counts.0.floor() == counts.0;
+        let is_whole = Position(counts.0.floor()) == counts;
         (is_whole && (1.0..=Self::LONGEST).contains(&counts.0)).then_some(Self(counts.0))
     }
 

@@ -6,7 +6,7 @@ use super::{Axis, Task};
 use crate::generator::Goal;
 use crate::order::{Base, Order, Seek, SeekState};
 use crate::profile::Profile;
-use crate::units::{Acceleration, Position, Torque};
+use crate::units::{Acceleration, Position, Torque, cut};
 
 impl Axis {
     /// Begins `order`, from whatever was under way.
@@ -87,7 +87,7 @@ impl Axis {
 
     fn push(&mut self, torque: Torque, slope: Torque) {
         let limit = self.torque_limit.0.min(self.limits.torque.0);
-        let torque = Torque(if torque.0.is_nan() { 0.0 } else { torque.0.max(-limit).min(limit) });
+        let torque = Torque(if torque.0.is_nan() { 0.0 } else { cut(torque.0, limit) });
         if self.fence.blocks(torque.0) {
             self.block();
         } else {
@@ -97,7 +97,7 @@ impl Axis {
     }
 
     fn put_out(&mut self, share: f64) {
-        self.task = Task::Output(if share.is_nan() { 0.0 } else { share.max(-1.0).min(1.0) });
+        self.task = Task::Output(if share.is_nan() { 0.0 } else { cut(share, 1.0) });
     }
 
     fn seek(&mut self, seek: Seek) {

@@ -8,7 +8,7 @@ use core::time::Duration;
 use axis::{Axis, Load, Period, PlantConfig, Position, ServoConfig, SimulatedServo, Torque, Velocity};
 use od::{Dictionary, Instant, Schema, Slot};
 
-use crate::cia402::{Context, Drive402, Fault, Mode, State, Statusword, units};
+use crate::cia402::{Context, Drive402, Fault, Mode, State, Statusword, View, units};
 use crate::slots::{Parameters, Slots};
 use crate::{Binding, Dialect, Motor, Profile, jvl};
 
@@ -221,7 +221,7 @@ impl Device {
             AxisStatus {
                 state: unit.drive.state(),
                 mode: unit.drive.mode(),
-                statusword: unit.drive.statusword(parameters, &unit.axis),
+                statusword: unit.drive.statusword(View { parameters, axis: &unit.axis }),
                 position: unit.axis.status().actual.position,
                 velocity: unit.axis.status().actual.velocity,
                 fault: unit.drive.fault(),
@@ -283,7 +283,7 @@ impl Unit {
     fn publish(&self, dictionary: &mut Dictionary, dialect: Dialect) {
         let status = self.axis.status();
         let parameters = Parameters { dictionary, slots: &self.slots };
-        let statusword = self.drive.statusword(parameters, &self.axis);
+        let statusword = self.drive.statusword(View { parameters, axis: &self.axis });
         let position = units::from_position(status.actual.position);
         let velocity = units::from_velocity(status.actual.velocity);
         let mut show = |binding, value| self.slots.show(dictionary, binding, value);

@@ -3,7 +3,7 @@
 use core::ops::RangeInclusive;
 use std::sync::Arc;
 
-use od::{AbortCode, Address, Initial, Schema, Value, eds};
+use od::{AbortCode, Address, Initial, Schema, Value, Veto, eds};
 
 use crate::{Binding, Diagnostics, Mode, Motor, file};
 
@@ -108,10 +108,11 @@ impl Profile {
     fn guarded(mut self) -> Self {
         let mut application = Arc::unwrap_or_clone(self.application);
         for bound in self.bindings.iter().filter(|b| b.binding == Binding::ModesOfOperation) {
-            application.set_veto(bound.address, |_, _, raw| {
-                let code = i64::from(raw as u8 as i8);
-                Mode::from_code(code).map(|_| ()).ok_or(AbortCode::InvalidValue)
-            });
+            let veto: Veto = match self.dialect {
+                Dialect::Cia402 => |_, _, raw| check_mode(raw, Dialect::Cia402),
+                Dialect::Jvl => |_, _, raw| check_mode(raw, Dialect::Jvl),
+            };
+            application.set_veto(bound.address, veto);
         }
         self.application = Arc::new(application);
         self
@@ -158,4 +159,10 @@ impl Profile {
             Some(Initial::PlusNodeId(_)) | None => 0,
         }
     }
+}
+
+/// Whether a drive of this dialect has the mode in the low byte of `raw`.
+fn check_mode(raw: u64, dialect: Dialect) -> Result<(), AbortCode> {
+    let mode = Mode::from_code(i64::from(raw as u8 as i8)).filter(|mode| mode.is_in(dialect));
+    mode.map(|_| ()).ok_or(AbortCode::InvalidValue)
 }

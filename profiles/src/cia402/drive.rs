@@ -3,8 +3,7 @@
 use axis::{Acceleration, Axis, DriveState};
 
 use super::fault::Fault;
-use super::position::Positioning;
-use super::velocity::Running;
+use super::modes::{Active, ModeBits};
 use super::{Command, Controlword, Mode, State, Statusword, Transition, limits, units};
 use crate::slots::Parameters;
 use crate::{Binding, Dialect, Motor};
@@ -16,21 +15,52 @@ pub(crate) struct Context<'a> {
     pub(crate) motor: &'a Motor,
 }
 
+impl Context<'_> {
+    /// The same to look at.
+    pub(crate) fn view(&self) -> View<'_> {
+        View { parameters: self.parameters, axis: self.axis }
+    }
+
+    /// The ramp that ends a motion in its mode.
+    pub(crate) fn slow_down_ramp(&self) -> Acceleration {
+        let acceleration = self.parameters.or(Binding::ProfileAcceleration, 0);
+        units::to_acceleration(self.parameters.or(Binding::ProfileDeceleration, acceleration))
+    }
+
+    /// The ramp of a quick stop.
+    pub(crate) fn quick_stop_ramp(&self) -> Acceleration {
+        units::to_acceleration(self.parameters.or(Binding::QuickStopDeceleration, 0))
+    }
+}
+
+/// What a drive shows its state from.
+#[derive(Clone, Copy)]
+pub(crate) struct View<'a> {
+    pub(crate) parameters: Parameters<'a>,
+    pub(crate) axis: &'a Axis,
+}
+
+impl View<'_> {
+    /// Whether the actual velocity counts as zero.
+    pub(crate) fn is_standing(&self) -> bool {
+        let window = units::to_velocity(self.parameters.or(Binding::VelocityWindow, 0));
+        self.axis.status().actual.velocity.abs() <= window
+    }
+}
+
 /// One drive of a device.
 #[derive(Debug)]
 pub(crate) struct Drive402 {
     dialect: Dialect,
     state: State,
     word: Controlword,
-    mode: Mode,
+    mode: Active,
     /// The power stage was asked to come on for transition 4.
     is_enabling: bool,
     /// The axis ramps down before this transition.
     leaving: Option<Transition>,
     /// The operator stops the drive: no command is obeyed any more.
     is_shutting_down: bool,
-    positioning: Positioning,
-    running: Running,
     fault: Option<Fault>,
 }
 
@@ -40,12 +70,10 @@ impl Drive402 {
             dialect,
             state: Transition::Start.target(),
             word: Controlword::empty(),
-            mode: Mode::None,
+            mode: Active::None,
             is_enabling: false,
             leaving: None,
             is_shutting_down: false,
-            positioning: Positioning::default(),
-            running: Running::default(),
             fault: None,
         }
     }
@@ -55,7 +83,7 @@ impl Drive402 {
     }
 
     pub(crate) fn mode(&self) -> Mode {
-        self.mode
+        self.mode.mode()
     }
 
     /// The fault that the drive is in.
@@ -67,8 +95,8 @@ impl Drive402 {
     pub(crate) fn handle_parameters(&mut self, context: &mut Context<'_>) {
         limits::apply(context.motor, context.parameters, context.axis);
         self.change_mode(context);
-        if self.is_operating() && self.mode == Mode::ProfileVelocity {
-            self.running.update(context.parameters, context.axis);
+        if self.is_operating() {
+            self.mode.update(self.word, context);
         }
     }
 
@@ -87,8 +115,8 @@ impl Drive402 {
         self.obey(Command::decode(new), context);
         if self.state == State::OperationEnabled {
             self.handle_halt(old, context);
-            if self.mode == Mode::ProfilePosition && self.leaving.is_none() {
-                self.positioning.handshake(old, new, context.parameters, context.axis);
+            if self.leaving.is_none() {
+                self.mode.control(old, new, context);
             }
         }
     }
@@ -105,11 +133,7 @@ impl Drive402 {
         }
         self.change_mode(context);
         if self.state == State::OperationEnabled {
-            match self.mode {
-                Mode::None => {}
-                Mode::ProfilePosition => self.positioning.step(self.word, context.parameters, context.axis),
-                Mode::ProfileVelocity => self.running.step(context.parameters, context.axis),
-            }
+            self.mode.step(self.word, context);
         }
     }
 
@@ -119,7 +143,7 @@ impl Drive402 {
         self.is_enabling = false;
         if self.state == State::OperationEnabled {
             self.leaving = Some(Transition::DisableVoltageEnabled);
-            context.axis.stop(quick_stop_ramp(context.parameters));
+            context.axis.stop(context.quick_stop_ramp());
         } else if self.state != State::QuickStopActive {
             context.axis.power_off();
         }
@@ -143,33 +167,20 @@ impl Drive402 {
     }
 
     /// 0x6041.
-    pub(crate) fn statusword(&self, parameters: Parameters<'_>, axis: &Axis) -> Statusword {
+    pub(crate) fn statusword(&self, view: View<'_>) -> Statusword {
+        let status = view.axis.status();
         let mut word = Statusword::of(self.state);
-        word.set(Statusword::VOLTAGE, axis.status().voltage.0 > 0.0);
+        word.set(Statusword::VOLTAGE, status.voltage.0 > 0.0);
         word.set(Statusword::REMOTE, !self.is_shutting_down);
         if self.state == State::OperationEnabled {
-            word.set(Statusword::INTERNAL_LIMIT, axis.status().limited);
-            word |= self.mode_bits(parameters, axis);
+            word.set(Statusword::INTERNAL_LIMIT, status.limited);
+            let ModeBits { is_reached, bit_12, bit_13 } = self.mode.bits(view);
+            let is_halted = self.word.contains(Controlword::HALT);
+            word.set(Statusword::TARGET_REACHED, if is_halted { status.done } else { is_reached });
+            word.set(Statusword::MODE_12, bit_12);
+            word.set(Statusword::MODE_13, bit_13);
         }
         word
-    }
-
-    fn mode_bits(&self, parameters: Parameters<'_>, axis: &Axis) -> Statusword {
-        let is_halted = self.word.contains(Controlword::HALT) && axis.status().done;
-        let (is_reached, is_bit_12) = match self.mode {
-            Mode::None => (false, false),
-            Mode::ProfilePosition => {
-                (self.positioning.is_reached(parameters, axis), self.positioning.is_acknowledged())
-            }
-            Mode::ProfileVelocity => {
-                (self.running.is_reached(parameters, axis), is_standing(parameters, axis))
-            }
-        };
-        let mut bits = Statusword::empty();
-        let is_halt_asked = self.word.contains(Controlword::HALT);
-        bits.set(Statusword::TARGET_REACHED, if is_halt_asked { is_halted } else { is_reached });
-        bits.set(Statusword::MODE_12, is_bit_12);
-        bits
     }
 
     fn obey(&mut self, command: Command, context: &mut Context<'_>) {
@@ -178,7 +189,7 @@ impl Drive402 {
             context.axis.power_off();
         }
         if command == Command::EnableOperation && self.leaving.take().is_some() {
-            self.begin_mode(context);
+            self.begin(context);
         }
         // Switch on and enable operation in one command take two transitions.
         while let Some(transition) = self.state.on(command) {
@@ -192,7 +203,7 @@ impl Drive402 {
                     if ramps_down(transition, context.parameters) =>
                 {
                     self.leaving = Some(transition);
-                    context.axis.stop(slow_down_ramp(context.parameters));
+                    context.axis.stop(context.slow_down_ramp());
                     return;
                 }
                 transition => self.perform(transition, context),
@@ -226,8 +237,8 @@ impl Drive402 {
         self.is_enabling = false;
         match transition {
             Transition::Start | Transition::Initialised | Transition::FaultReacted => {}
-            Transition::EnableOperation | Transition::Resume => self.begin_mode(context),
-            Transition::QuickStop => match quick_stop_deceleration(context.parameters) {
+            Transition::EnableOperation | Transition::Resume => self.begin(context),
+            Transition::QuickStop => match quick_stop_deceleration(context) {
                 Some(deceleration) => context.axis.stop(deceleration),
                 None => self.perform(Transition::QuickStopDone, context),
             },
@@ -261,53 +272,37 @@ impl Drive402 {
     /// ramp the old mode's motion down first.
     fn change_mode(&mut self, context: &mut Context<'_>) {
         let requested =
-            Mode::from_code(context.parameters.or(Binding::ModesOfOperation, 0)).unwrap_or(self.mode);
-        if requested == self.mode {
+            Mode::from_code(context.parameters.or(Binding::ModesOfOperation, 0)).unwrap_or(self.mode.mode());
+        if requested == self.mode.mode() {
             return;
         }
         if self.state != State::OperationEnabled {
-            self.mode = requested;
+            self.mode = Active::new(requested);
         } else if self.dialect == Dialect::Cia402 && self.leaving.is_none() {
             if context.axis.status().done && context.axis.status().demand.velocity.0 == 0.0 {
-                self.mode = requested;
-                self.begin_mode(context);
+                self.mode = Active::new(requested);
+                self.mode.begin(self.word, context);
             } else {
-                context.axis.stop(slow_down_ramp(context.parameters));
+                context.axis.stop(context.slow_down_ramp());
             }
         }
     }
 
     /// Starts the mode in OPERATION ENABLED.
-    fn begin_mode(&mut self, context: &mut Context<'_>) {
-        self.positioning.restart();
-        self.running.restart();
-        if self.is_operating() && self.mode == Mode::ProfileVelocity {
-            self.running.update(context.parameters, context.axis);
-        } else {
-            context.axis.stop(slow_down_ramp(context.parameters));
-        }
+    fn begin(&mut self, context: &mut Context<'_>) {
+        context.axis.stop(context.slow_down_ramp());
+        self.mode.begin(self.word, context);
     }
 
     fn handle_halt(&mut self, old: Controlword, context: &mut Context<'_>) {
         let (was, is) = (old.contains(Controlword::HALT), self.word.contains(Controlword::HALT));
         if is && !was {
-            context.axis.stop(halt_ramp(context.parameters));
+            context.axis.stop(halt_ramp(context));
+            self.mode.halt(context);
         } else if was && !is && self.leaving.is_none() {
-            match self.mode {
-                Mode::None => {}
-                Mode::ProfilePosition => self.positioning.resume(context.axis),
-                Mode::ProfileVelocity => {
-                    self.running.restart();
-                    self.running.update(context.parameters, context.axis);
-                }
-            }
+            self.mode.resume(self.word, context);
         }
     }
-}
-
-/// Whether the actual velocity counts as zero.
-fn is_standing(parameters: Parameters<'_>, axis: &Axis) -> bool {
-    axis.status().actual.velocity.abs() <= units::to_velocity(parameters.or(Binding::VelocityWindow, 0))
 }
 
 /// Whether an option code asks for the slow-down ramp before this transition (0x605B, 0x605C).
@@ -325,29 +320,20 @@ fn stays_stopped(parameters: Parameters<'_>) -> bool {
 }
 
 /// How hard a quick stop brakes (0x605A); `None` to switch off at once. A zero deceleration is the axis maximum.
-fn quick_stop_deceleration(parameters: Parameters<'_>) -> Option<Acceleration> {
-    match parameters.or(Binding::QuickStopOption, 2) {
-        1 | 5 => Some(slow_down_ramp(parameters)),
-        2 | 6 => Some(quick_stop_ramp(parameters)),
+fn quick_stop_deceleration(context: &Context<'_>) -> Option<Acceleration> {
+    match context.parameters.or(Binding::QuickStopOption, 2) {
+        1 | 5 => Some(context.slow_down_ramp()),
+        2 | 6 => Some(context.quick_stop_ramp()),
         3 | 4 | 7 | 8 => Some(Acceleration(0.0)),
         _ => None,
     }
 }
 
 /// How hard a halt brakes (0x605D).
-fn halt_ramp(parameters: Parameters<'_>) -> Acceleration {
-    match parameters.or(Binding::HaltOption, 1) {
-        1 => slow_down_ramp(parameters),
-        2 => quick_stop_ramp(parameters),
+fn halt_ramp(context: &Context<'_>) -> Acceleration {
+    match context.parameters.or(Binding::HaltOption, 1) {
+        1 => context.slow_down_ramp(),
+        2 => context.quick_stop_ramp(),
         _ => Acceleration(0.0),
     }
-}
-
-fn slow_down_ramp(parameters: Parameters<'_>) -> Acceleration {
-    let acceleration = parameters.or(Binding::ProfileAcceleration, 0);
-    units::to_acceleration(parameters.or(Binding::ProfileDeceleration, acceleration))
-}
-
-fn quick_stop_ramp(parameters: Parameters<'_>) -> Acceleration {
-    units::to_acceleration(parameters.or(Binding::QuickStopDeceleration, 0))
 }

@@ -2,9 +2,10 @@
 
 use axis::{Axis, Position, Profile};
 
-use super::window::Window;
-use super::{Controlword, units};
+use super::ModeBits;
 use crate::Binding;
+use crate::cia402::window::Window;
+use crate::cia402::{Context, Controlword, View, units};
 use crate::slots::Parameters;
 
 /// A set-point that was taken over.
@@ -16,34 +17,72 @@ struct Move {
 
 /// The set-point under way, the one that waits for it, and what was said of them.
 #[derive(Debug, Default)]
-pub(crate) struct Positioning {
+pub(crate) struct ProfilePosition {
     active: Option<Move>,
     waiting: Option<Move>,
     is_acknowledged: bool,
     window: Window,
 }
 
-impl Positioning {
+impl ProfilePosition {
     /// Starts without any set-point: the axis holds where it is.
-    pub(crate) fn restart(&mut self) {
-        *self = Self::default();
+    #[expect(clippy::unused_self, reason = "the same verbs for every mode")]
+    pub(super) fn begin(&mut self, _: Controlword, context: &mut Context<'_>) {
+        context.axis.stop(context.slow_down_ramp());
     }
+
+    /// Parameters act with the next set-point.
+    #[expect(clippy::unused_self, reason = "the same verbs for every mode")]
+    pub(super) fn update(&mut self, _: Controlword, _: &mut Context<'_>) {}
 
     /// Takes the changes of the controlword: a rising new-set-point bit takes a set-point over, a falling one
     /// ends the acknowledgement as soon as another set-point could be taken.
-    pub(crate) fn handshake(
-        &mut self,
-        old: Controlword,
-        new: Controlword,
-        parameters: Parameters<'_>,
-        axis: &mut Axis,
-    ) {
+    pub(super) fn control(&mut self, old: Controlword, new: Controlword, context: &mut Context<'_>) {
         let (was, is) = (old.contains(Controlword::NEW_SET_POINT), new.contains(Controlword::NEW_SET_POINT));
         if is && !was && !self.is_acknowledged {
-            self.take(new, parameters, axis);
+            self.take(new, context.parameters, context.axis);
         } else if !is && self.waiting.is_none() {
             self.is_acknowledged = false;
         }
+    }
+
+    /// The axis stops; the set-point remains for later.
+    #[expect(clippy::unused_self, reason = "the same verbs for every mode")]
+    pub(super) fn halt(&mut self, _: &mut Context<'_>) {}
+
+    /// Goes on after a halt.
+    pub(super) fn resume(&mut self, _: Controlword, context: &mut Context<'_>) {
+        if let Some(active) = self.active {
+            self.start(active, context.axis);
+        }
+    }
+
+    /// Follows the axis after a raster step.
+    pub(super) fn step(&mut self, word: Controlword, context: &mut Context<'_>) {
+        let Context { parameters, axis, .. } = context;
+        if !word.contains(Controlword::HALT)
+            && !self.is_moving(axis)
+            && let Some(next) = self.waiting.take()
+        {
+            self.start(next, axis);
+            self.is_acknowledged = word.contains(Controlword::NEW_SET_POINT);
+            return;
+        }
+        let status = axis.status();
+        let target = self.active.map_or(status.demand.position, |m| axis.limits().range().nearest(m.target));
+        let distance = (status.actual.position - target).abs();
+        // 0xFFFFFFFF switches the window off (IEC 61800-7-201, 0x6067).
+        let width = parameters.get(Binding::PositionWindow).filter(|w| *w != i64::from(u32::MAX));
+        let is_near = width.is_none_or(|width| distance <= units::to_distance(width));
+        self.window.step(status.done && is_near);
+    }
+
+    /// Bit 10: the axis has been at the target for the window time, with nothing left to do. Bit 12: a set-point is
+    /// acknowledged and no other one can be taken.
+    pub(super) fn bits(&self, view: View<'_>) -> ModeBits {
+        let time = view.parameters.or(Binding::PositionWindowTime, 0);
+        let is_reached = self.waiting.is_none() && self.window.is_reached(time, view.axis.period().nanos());
+        ModeBits { is_reached, bit_12: self.is_acknowledged, bit_13: false }
     }
 
     fn take(&mut self, word: Controlword, parameters: Parameters<'_>, axis: &mut Axis) {
@@ -79,43 +118,6 @@ impl Positioning {
 
     fn is_moving(&self, axis: &Axis) -> bool {
         self.active.is_some() && !axis.status().done
-    }
-
-    /// Goes on after a halt.
-    pub(crate) fn resume(&mut self, axis: &mut Axis) {
-        if let Some(active) = self.active {
-            self.start(active, axis);
-        }
-    }
-
-    /// Follows the axis after a raster step.
-    pub(crate) fn step(&mut self, word: Controlword, parameters: Parameters<'_>, axis: &mut Axis) {
-        if !word.contains(Controlword::HALT)
-            && !self.is_moving(axis)
-            && let Some(next) = self.waiting.take()
-        {
-            self.start(next, axis);
-            self.is_acknowledged = word.contains(Controlword::NEW_SET_POINT);
-            return;
-        }
-        let status = axis.status();
-        let target = self.active.map_or(status.demand.position, |m| axis.limits().range().nearest(m.target));
-        let distance = (status.actual.position - target).abs();
-        // 0xFFFFFFFF switches the window off (IEC 61800-7-201, 0x6067).
-        let width = parameters.get(Binding::PositionWindow).filter(|w| *w != i64::from(u32::MAX));
-        let is_near = width.is_none_or(|width| distance <= units::to_distance(width));
-        self.window.step(status.done && is_near);
-    }
-
-    /// Whether the axis has been at the target for the window time, with nothing left to do.
-    pub(crate) fn is_reached(&self, parameters: Parameters<'_>, axis: &Axis) -> bool {
-        let time = parameters.or(Binding::PositionWindowTime, 0);
-        self.waiting.is_none() && self.window.is_reached(time, axis.period().nanos())
-    }
-
-    /// Whether a set-point is acknowledged and no other one can be taken.
-    pub(crate) fn is_acknowledged(&self) -> bool {
-        self.is_acknowledged
     }
 }
 

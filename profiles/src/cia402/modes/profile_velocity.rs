@@ -1,27 +1,68 @@
 //! Profile velocity mode (IEC 61800-7-201, profile velocity mode).
 
-use axis::{Axis, Profile, Velocity};
+use axis::{Profile, Velocity};
 
-use super::units;
-use super::window::Window;
+use super::ModeBits;
 use crate::Binding;
-use crate::slots::Parameters;
+use crate::cia402::window::Window;
+use crate::cia402::{Context, Controlword, View, units};
 
 /// What the axis was last told to run at, and whether it does.
 #[derive(Debug, Default)]
-pub(crate) struct Running {
+pub(crate) struct ProfileVelocity {
     commanded: Option<(Velocity, Profile)>,
     window: Window,
 }
 
-impl Running {
-    /// Starts anew; the next [`Running::update`] commands the axis.
-    pub(crate) fn restart(&mut self) {
-        *self = Self::default();
+impl ProfileVelocity {
+    pub(super) fn begin(&mut self, word: Controlword, context: &mut Context<'_>) {
+        if word.contains(Controlword::HALT) {
+            context.axis.stop(context.slow_down_ramp());
+        } else {
+            self.command(context);
+        }
     }
 
-    /// Commands the axis if target or ramps have changed: they take effect at once in this mode.
-    pub(crate) fn update(&mut self, parameters: Parameters<'_>, axis: &mut Axis) {
+    /// Target and ramps take effect at once in this mode.
+    pub(super) fn update(&mut self, word: Controlword, context: &mut Context<'_>) {
+        if !word.contains(Controlword::HALT) {
+            self.command(context);
+        }
+    }
+
+    #[expect(clippy::unused_self, reason = "the same verbs for every mode")]
+    pub(super) fn control(&mut self, _: Controlword, _: Controlword, _: &mut Context<'_>) {}
+
+    #[expect(clippy::unused_self, reason = "the same verbs for every mode")]
+    pub(super) fn halt(&mut self, _: &mut Context<'_>) {}
+
+    pub(super) fn resume(&mut self, _: Controlword, context: &mut Context<'_>) {
+        *self = Self::default();
+        self.command(context);
+    }
+
+    /// Follows the axis after a raster step.
+    pub(super) fn step(&mut self, _: Controlword, context: &mut Context<'_>) {
+        let status = context.axis.status();
+        let target = self.commanded.map_or(Velocity(0.0), |(target, _)| target);
+        let width = units::to_velocity(context.parameters.or(Binding::VelocityWindow, 0));
+        let is_near = (status.actual.velocity - target).abs() <= width;
+        self.window.step(status.done && is_near);
+    }
+
+    /// Bit 10: the axis has run at its target velocity for the window time. Bit 12: its speed is zero.
+    pub(super) fn bits(&self, view: View<'_>) -> ModeBits {
+        let time = view.parameters.or(Binding::VelocityWindowTime, 0);
+        ModeBits {
+            is_reached: self.window.is_reached(time, view.axis.period().nanos()),
+            bit_12: view.is_standing(),
+            bit_13: false,
+        }
+    }
+
+    /// Commands the axis if target or ramps have changed.
+    fn command(&mut self, context: &mut Context<'_>) {
+        let Context { parameters, axis, .. } = context;
         let target = units::to_velocity(parameters.or(Binding::TargetVelocity, 0));
         let acceleration = parameters.or(Binding::ProfileAcceleration, 0);
         let profile = Profile {
@@ -35,19 +76,5 @@ impl Running {
             self.window.restart();
             axis.run_at(target, profile);
         }
-    }
-
-    /// Follows the axis after a raster step.
-    pub(crate) fn step(&mut self, parameters: Parameters<'_>, axis: &Axis) {
-        let status = axis.status();
-        let target = self.commanded.map_or(Velocity(0.0), |(target, _)| target);
-        let width = units::to_velocity(parameters.or(Binding::VelocityWindow, 0));
-        let is_near = (status.actual.velocity - target).abs() <= width;
-        self.window.step(status.done && is_near);
-    }
-
-    /// Whether the axis has run at its target velocity for the window time.
-    pub(crate) fn is_reached(&self, parameters: Parameters<'_>, axis: &Axis) -> bool {
-        self.window.is_reached(parameters.or(Binding::VelocityWindowTime, 0), axis.period().nanos())
     }
 }

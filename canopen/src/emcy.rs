@@ -140,6 +140,11 @@ impl Producer {
         standing.for_each(|emergency| self.raise(communication, emergency));
     }
 
+    /// What stands.
+    pub(crate) fn active(&self) -> &[Emergency] {
+        &self.active
+    }
+
     fn announce(&mut self, communication: &mut Dictionary, code: u16, detail: [u8; 5]) {
         let register = self.register();
         if let Ok(slot) = communication.find(Address::new(ERROR_REGISTER, 0)) {

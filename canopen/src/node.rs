@@ -1,5 +1,6 @@
 //! One CANopen device on one network.
 
+mod diagnostics;
 mod services;
 mod storage;
 mod supervision;
@@ -26,8 +27,8 @@ use crate::{Emergency, Frame, Id, NmtState, TimeOfDay};
 use services::Service;
 use storage::Storage;
 
+pub use diagnostics::{Abort, Diagnostics};
 pub use storage::Order;
-
 pub use supervision::{BusState, Cause};
 
 /// What the owner of a node is to act on.
@@ -81,6 +82,10 @@ pub struct Counters {
     pub late_rpdos: u64,
     /// RPDOs whose values the write gate refused.
     pub refused_rpdos: u64,
+    /// RPDOs with fewer bytes than mapped, which were not taken.
+    pub short_rpdos: u64,
+    /// RPDOs with more bytes than mapped, which were taken.
+    pub long_rpdos: u64,
     /// Frames dropped because nobody sent those that were waiting.
     pub dropped: u64,
     /// Emergencies of others dropped because nobody took those that were waiting.
@@ -113,6 +118,7 @@ pub struct Node {
     outbox: VecDeque<Frame>,
     events: VecDeque<Event>,
     counters: Counters,
+    diagnostics: Diagnostics,
 }
 
 impl Node {
@@ -153,6 +159,7 @@ impl Node {
             outbox: VecDeque::new(),
             events: VecDeque::new(),
             counters: Counters::default(),
+            diagnostics: Diagnostics::default(),
         })
     }
 
@@ -204,8 +211,9 @@ impl Node {
     pub fn handle_timeout(&mut self, now: Instant, application: &mut Dictionary) {
         self.supervise(now);
         self.produce_sync(now, application);
-        let Self { sdo, outbox, counters, .. } = self;
-        sdo.handle_timeout(now).for_each(|frame| queue(outbox, counters, frame));
+        while let Some(answer) = self.sdo.handle_timeout(now) {
+            self.send_answer(now, answer);
+        }
         if let Some(deadline) = self.heartbeat.filter(|deadline| *deadline <= now) {
             self.send(Frame::new(self.error_control(), &[self.state as u8]));
             self.heartbeat = Some(deadline::following(deadline, self.heartbeat_period(), now));
@@ -232,7 +240,7 @@ impl Node {
         while self.tells_emergencies()
             && let Some(frame) = self.emcy.poll(now, &self.communication)
         {
-            self.send(frame);
+            self.send_emergency(now, frame);
         }
     }
 

@@ -66,7 +66,7 @@ impl Owner {
         let order = self.order().expect("an order");
         self.stored = (order.apply(self.bench.node.communication()), order.apply(&self.bench.device));
         self.load();
-        self.bench.node.stored(Ok(()));
+        self.bench.node.stored(self.bench.now, Ok(()));
     }
 
     /// Hands over what is in store.
@@ -293,14 +293,14 @@ fn the_answer_waits_until_all_is_stored_without_a_time_out() {
         ",
     );
     assert_eq!(owner.order(), Some(Order::Save(Group::All)));
-    owner.bench.node.stored(Ok(()));
+    owner.bench.node.stored(owner.bench.now, Ok(()));
     owner.talk(
         "
         < 581#6010100100000000
         + 60s
         ",
     );
-    owner.bench.node.stored(Ok(()));
+    owner.bench.node.stored(owner.bench.now, Ok(()));
     owner.talk("");
 }
 
@@ -314,7 +314,7 @@ fn the_answer_waits_in_every_kind_of_transfer() {
         > 601#0773617665000000
         ",
     );
-    owner.bench.node.stored(Ok(()));
+    owner.bench.node.stored(owner.bench.now, Ok(()));
     owner.talk(
         "
         < 581#2000000000000000
@@ -326,7 +326,7 @@ fn the_answer_waits_in_every_kind_of_transfer() {
         ",
     );
     assert_eq!(owner.order(), Some(Order::Restore(Group::Communication)));
-    owner.bench.node.stored(Ok(()));
+    owner.bench.node.stored(owner.bench.now, Ok(()));
     owner.talk("< 581#A100000000000000");
 }
 
@@ -335,11 +335,11 @@ fn what_could_not_be_stored_is_said_06060000() {
     let mut owner = Owner::new();
     owner.write("1017:00", 2, 1000);
     owner.bench.send("601#2310100173617665");
-    owner.bench.node.stored(Err(AbortCode::Hardware));
+    owner.bench.node.stored(owner.bench.now, Err(AbortCode::Hardware));
     owner.talk("< 581#8010100100000606");
     owner.bench.send("601#2311100273617665");
     owner.bench.send("601#231110026C6F6164");
-    owner.bench.node.stored(Err(AbortCode::CannotStore));
+    owner.bench.node.stored(owner.bench.now, Err(AbortCode::CannotStore));
     owner.talk("< 581#8011100220000008");
     owner.bench.events();
     owner.reset(RESET_NODE);
@@ -358,7 +358,7 @@ fn one_order_at_a_time() {
         < 581#8010100222000008
         ",
     );
-    owner.bench.node.stored(Ok(()));
+    owner.bench.node.stored(owner.bench.now, Ok(()));
     owner.talk("");
     owner.bench.events();
     owner.save(2);
@@ -379,7 +379,7 @@ fn every_sdo_server_answers_its_own_client() {
         < 581#8010100222000008
         ",
     );
-    owner.bench.node.stored(Ok(()));
+    owner.bench.node.stored(owner.bench.now, Ok(()));
     owner.talk("< 6D1#6010100100000000");
 }
 
@@ -389,7 +389,7 @@ fn an_abort_of_the_client_or_a_stop_takes_the_answer_with_it() {
         let mut owner = Owner::new();
         owner.bench.send("601#2310100173617665");
         owner.bench.send(end);
-        owner.bench.node.stored(Ok(()));
+        owner.bench.node.stored(owner.bench.now, Ok(()));
         owner.talk("");
     }
 }

@@ -398,7 +398,7 @@ impl Core {
             let notice = tell(event, members);
             note(notices, counters, unit, notice);
         }
-        ordered.into_iter().for_each(|(number, order)| self.order(unit, number, order));
+        ordered.into_iter().for_each(|(number, order)| self.order(now, unit, number, order));
     }
 
     /// Samples what the device now shows and queues what its nodes have to say.

@@ -141,7 +141,7 @@ impl Stage {
         let Some((communication, application)) = self.order.take() else { return };
         assert_eq!(self.node.set_saved(communication), 0, "the node's own");
         assert_eq!(self.device.dictionary_mut().set_saved(application), 0, "the device's own");
-        self.node.stored(Ok(()));
+        self.node.stored(self.now, Ok(()));
         self.settle();
     }
 

@@ -59,6 +59,12 @@ abort_codes! {
 }
 
 impl AbortCode {
+    /// The abort code that `code` is on the wire, if it is one of the standard.
+    #[must_use]
+    pub fn from_code(code: u32) -> Option<Self> {
+        Self::ALL.iter().copied().find(|known| known.code() == code)
+    }
+
     /// The code as it stands on the wire.
     #[must_use]
     pub const fn code(self) -> u32 {

@@ -7,7 +7,7 @@ use super::{Node, Order, queue};
 use crate::cob_id::NMT;
 use crate::communication::{self as objects, Objects};
 use crate::emcy::Producer;
-use crate::pdo::Tpdo;
+use crate::pdo::{Reception, Tpdo};
 use crate::sdo::Step;
 use crate::{Cause, Emergency, Event, Frame, Id, NmtCommand, NmtState, rules, time};
 
@@ -57,7 +57,7 @@ impl Node {
             Service::Guarding => self.handle_guarding(now),
             Service::Heartbeat(position) => self.handle_heartbeat(now, position, frame),
             Service::Emergency(producer) if self.state.communicates() => {
-                self.handle_emergency(producer, frame);
+                self.handle_emergency(now, producer, frame);
             }
             Service::Sync | Service::Time | Service::Sdo(_) | Service::Rpdo(_) | Service::Emergency(_) => {}
         }
@@ -98,6 +98,8 @@ impl Node {
         if is_back {
             self.restore_connection(Cause::Rpdo(number));
         }
+        self.counters.short_rpdos += u64::from(after == Reception::TooShort);
+        self.counters.long_rpdos += u64::from(after == Reception::TooLong);
         if let Some(code) = after.error() {
             self.raise(Emergency::communication(code, detail));
         }
@@ -149,7 +151,7 @@ impl Node {
                 }
             }
         };
-        answer.into_iter().for_each(|frame| self.send(frame));
+        answer.into_iter().for_each(|answer| self.send_answer(now, answer));
     }
 
     /// Acts on communication objects that were written.

@@ -4,7 +4,7 @@
 //! The node stores nothing itself. It passes an [`Order`] to its owner and its SDO server holds the answer back until
 //! [`Node::stored`]: a client that has the answer may cut the power.
 
-use od::{AbortCode, Address, Dictionary, Entry, Group, Saved, Schema, Slot};
+use od::{AbortCode, Address, Dictionary, Entry, Group, Instant, Saved, Schema, Slot};
 
 use super::{Event, Node};
 use crate::communication::{Objects, RESTORE_PARAMETERS, STORE_PARAMETERS, VERIFY_CONFIGURATION};
@@ -96,7 +96,7 @@ impl Node {
 
     /// Ends the order of the last [`Event::Storage`]: what it asked for is stored or, for the given reason, as before.
     /// The client gets its answer.
-    pub fn stored(&mut self, outcome: Result<(), AbortCode>) {
+    pub fn stored(&mut self, now: Instant, outcome: Result<(), AbortCode>) {
         let Some((order, position)) = self.storage.order.take() else { return };
         if outcome.is_ok() {
             self.storage.is_signed = false;
@@ -106,9 +106,9 @@ impl Node {
         }
         if let Some(connection) = self.sdo.get_mut(position)
             && let Some(answer) = connection.server.release(outcome)
-            && let Some(frame) = connection.frame(answer)
+            && let Some(answer) = connection.frame(answer)
         {
-            self.send(frame);
+            self.send_answer(now, answer);
         }
     }
 

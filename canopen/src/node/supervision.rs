@@ -127,6 +127,7 @@ impl Node {
 
     /// The error is told before it may lead to STOPPED, where nothing is.
     fn lose_connection(&mut self, now: Instant, cause: Cause) {
+        self.diagnostics.lost.note(now, cause);
         self.raise(cause.emergency());
         self.send_emergencies(now);
         self.notify(Event::ConnectionLost(cause));
@@ -171,14 +172,16 @@ impl Node {
         }
     }
 
-    pub(super) fn handle_emergency(&mut self, producer: u8, frame: &Frame) {
+    pub(super) fn handle_emergency(&mut self, now: Instant, producer: u8, frame: &Frame) {
         let Some(message) = frame.eight() else {
             self.counters.malformed += 1;
             return;
         };
+        let emergency = Emergency::decode(message);
+        self.diagnostics.heard.note(now, (producer, emergency));
         let waiting = self.events.iter().filter(|event| matches!(event, Event::Emergency { .. })).count();
         if waiting < MAX_EMERGENCIES {
-            self.events.push_back(Event::Emergency { producer, emergency: Emergency::decode(message) });
+            self.events.push_back(Event::Emergency { producer, emergency });
         } else {
             self.counters.dropped_events += 1;
         }

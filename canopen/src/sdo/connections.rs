@@ -87,9 +87,9 @@ impl Connections {
         self.0.iter().filter_map(|connection| connection.server.poll_timeout()).min()
     }
 
-    /// What is to be said to clients that are silent for too long.
-    pub(crate) fn handle_timeout(&mut self, now: Instant) -> impl Iterator<Item = Frame> {
-        self.0.iter_mut().filter_map(move |connection| {
+    /// The next thing to be said to clients that are silent for too long.
+    pub(crate) fn handle_timeout(&mut self, now: Instant) -> Option<Frame> {
+        self.0.iter_mut().find_map(|connection| {
             let answer = connection.server.handle_timeout(now)?;
             connection.frame(answer)
         })

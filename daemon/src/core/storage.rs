@@ -82,21 +82,21 @@ impl Core {
             }
         }
         if let Some(Member { node, .. }) = self.members.get_mut(member) {
-            node.stored(outcome);
+            node.stored(now, outcome);
         }
         self.speak(now, device);
         self.pass(now);
     }
 
     /// Takes the order that a node of `unit` has given.
-    pub(super) fn order(&mut self, unit: usize, member: usize, order: Order) {
+    pub(super) fn order(&mut self, now: Instant, unit: usize, member: usize, order: Order) {
         let Some(Unit { device, members: own, storing }) = self.units.get_mut(unit) else { return };
         let members = self.members.get_mut(own.clone()).unwrap_or_default();
         let numbered = own.clone().zip(members);
         if storing.is_some() {
             // Another node of this device was first.
             let own = numbered.filter(|(number, _)| *number == member);
-            own.for_each(|(_, Member { node, .. })| node.stored(Err(AbortCode::DeviceState)));
+            own.for_each(|(_, Member { node, .. })| node.stored(now, Err(AbortCode::DeviceState)));
             return;
         }
         let saved = |(number, Member { node, .. }): (usize, &mut Member)| {

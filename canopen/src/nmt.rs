@@ -22,6 +22,17 @@ impl NmtState {
         all.into_iter().find(|state| *state as u8 == byte)
     }
 
+    /// The standard's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Initialising => "INITIALISING",
+            Self::Stopped => "STOPPED",
+            Self::Operational => "OPERATIONAL",
+            Self::PreOperational => "PRE-OPERATIONAL",
+        }
+    }
+
     /// Whether SDO, SYNC, TIME and EMCY are served.
     #[must_use]
     pub const fn communicates(self) -> bool {

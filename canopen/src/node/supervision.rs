@@ -62,6 +62,18 @@ pub enum BusState {
     Off,
 }
 
+impl BusState {
+    /// The standard's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Active => "error active",
+            Self::Passive => "error passive",
+            Self::Off => "bus off",
+        }
+    }
+}
+
 /// What a lost connection does to the NMT state, 0x1029:01 (CiA 301 v4.2, section 7.5.2.26).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Behaviour {

@@ -70,6 +70,23 @@ impl Mode {
         Self::CyclicTorque,
     ];
 
+    /// The standard's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "no mode",
+            Self::ProfilePosition => "profile position",
+            Self::Velocity => "velocity",
+            Self::ProfileVelocity => "profile velocity",
+            Self::ProfileTorque => "profile torque",
+            Self::Homing => "homing",
+            Self::Interpolated => "interpolated position",
+            Self::CyclicPosition => "cyclic synchronous position",
+            Self::CyclicVelocity => "cyclic synchronous velocity",
+            Self::CyclicTorque => "cyclic synchronous torque",
+        }
+    }
+
     /// The mode with number `code`, if this version has it.
     #[must_use]
     pub fn from_code(code: i64) -> Option<Self> {

@@ -120,6 +120,21 @@ impl Transition {
 }
 
 impl State {
+    /// The standard's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NotReadyToSwitchOn => "NOT READY TO SWITCH ON",
+            Self::SwitchOnDisabled => "SWITCH ON DISABLED",
+            Self::ReadyToSwitchOn => "READY TO SWITCH ON",
+            Self::SwitchedOn => "SWITCHED ON",
+            Self::OperationEnabled => "OPERATION ENABLED",
+            Self::QuickStopActive => "QUICK STOP ACTIVE",
+            Self::FaultReactionActive => "FAULT REACTION ACTIVE",
+            Self::Fault => "FAULT",
+        }
+    }
+
     /// The transition that `command` triggers in this state, if any.
     #[must_use]
     pub const fn on(self, command: Command) -> Option<Transition> {

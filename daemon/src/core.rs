@@ -68,6 +68,13 @@ pub enum Notice {
     Nmt(NmtState),
     /// Somebody whom the node supervises is not there any more.
     ConnectionLost(Cause),
+    /// Another node tells an error, or with code zero that one is over (0x1028).
+    Emergency {
+        /// The Node-ID of the other.
+        producer: u8,
+        /// What it tells.
+        emergency: Emergency,
+    },
     /// So many raster steps were dropped, because the device was served too late.
     DroppedSteps(u64),
 }
@@ -375,8 +382,11 @@ impl Core {
                         device.connection_lost(now);
                         Some(Notice::ConnectionLost(cause))
                     }
+                    Event::Emergency { producer, emergency } => {
+                        Some(Notice::Emergency { producer, emergency })
+                    }
                     // For devices that have something to do with it; so far none has.
-                    Event::Time | Event::Emergency { .. } => None,
+                    Event::Time => None,
                     Event::Subscriptions => {
                         if let Some(router) = routers.get_mut(usize::from(link.0)) {
                             router.subscribe(number as u16, node.subscriptions());

@@ -2,8 +2,9 @@
 
 use std::io;
 
-use canopen::{BusState, NmtState};
+use canopen::{BusState, Emergency};
 use od::Instant;
+use profiles::{Dialect, error_text};
 use tracing::{info, warn};
 
 use crate::core::{Core, Notice};
@@ -14,7 +15,8 @@ use crate::storage::Failure;
 /// Knows what was said last.
 #[derive(Debug)]
 pub(crate) struct Reporter {
-    devices: Vec<String>,
+    /// The name of each device, and how it speaks of its faults.
+    devices: Vec<(String, Dialect)>,
     limiter: Limiter,
     /// For each link, why its interface cannot be used.
     troubles: Vec<Option<String>>,
@@ -23,8 +25,8 @@ pub(crate) struct Reporter {
 }
 
 impl Reporter {
-    /// A reporter for the devices of these names and so many links.
-    pub(crate) fn new(devices: Vec<String>, links: usize) -> Self {
+    /// A reporter for these devices and so many links.
+    pub(crate) fn new(devices: Vec<(String, Dialect)>, links: usize) -> Self {
         let (troubles, unsent) = (vec![None; links], vec![0; links]);
         Self { devices, limiter: Limiter::default(), troubles, unsent }
     }
@@ -72,11 +74,7 @@ impl Reporter {
 
     /// Says that the state of the CAN controller of a link is now this one.
     pub(crate) fn bus_state(&mut self, now: Instant, link: usize, bus: &str, state: BusState) {
-        let (text, is_bad) = match state {
-            BusState::Active => ("error active", false),
-            BusState::Passive => ("error passive", true),
-            BusState::Off => ("bus off", true),
-        };
+        let (text, is_bad) = (state.name(), state != BusState::Active);
         let Some(suppressed) = self.limiter.admit(now, Subject::Bus(link), text) else { return };
         let more = left_out(suppressed);
         if is_bad { warn!("bus {bus}: {text}{more}") } else { info!("bus {bus}: {text}{more}") }
@@ -88,11 +86,15 @@ impl Reporter {
         if self.limiter.admit(now, Subject::Device(device), kind).is_none() {
             return;
         }
-        let device = self.devices.get(device).map_or("?", String::as_str);
+        let (device, _) = self.device(device);
         match failure {
             None => info!("{device}: parameters stored"),
             Some(failure) => warn!("{device}: parameters not stored: {failure}"),
         }
+    }
+
+    fn device(&self, number: usize) -> (&str, Dialect) {
+        self.devices.get(number).map_or(("?", Dialect::default()), |(name, dialect)| (name, *dialect))
     }
 
     fn notice(&mut self, now: Instant, device: usize, notice: Notice) {
@@ -102,18 +104,23 @@ impl Reporter {
             Notice::Reset => ("reset", false),
             Notice::Nmt(_) => ("nmt", false),
             Notice::ConnectionLost(_) => ("connection", true),
+            Notice::Emergency { emergency, .. } => ("emergency", emergency.code != 0),
             Notice::DroppedSteps(_) => ("dropped", true),
         };
         let Some(suppressed) = self.limiter.admit(now, Subject::Device(device), kind) else { return };
+        let (device, dialect) = self.device(device);
         let text = match notice {
-            Notice::Fault(code) => format!("fault 0x{code:04X}"),
+            Notice::Fault(code) => format!("fault 0x{code:04X} ({})", error_text(code, dialect)),
             Notice::FaultOver(code) => format!("fault 0x{code:04X} is over"),
             Notice::Reset => "reset over the bus".to_owned(),
-            Notice::Nmt(state) => name(state).to_owned(),
+            Notice::Nmt(state) => state.name().to_owned(),
             Notice::ConnectionLost(cause) => format!("connection lost: {cause}"),
+            Notice::Emergency { producer, emergency: Emergency { code, .. } } => {
+                // Whatever the other node is: it is the standard that both share.
+                format!("node {producer} tells 0x{code:04X} ({})", error_text(code, Dialect::Cia402))
+            }
             Notice::DroppedSteps(steps) => format!("served too late, {steps} raster steps dropped"),
         };
-        let device = self.devices.get(device).map_or("?", String::as_str);
         let more = left_out(suppressed);
         if is_bad { warn!("{device}: {text}{more}") } else { info!("{device}: {text}{more}") }
     }
@@ -121,14 +128,4 @@ impl Reporter {
 
 fn left_out(lines: u32) -> String {
     if lines > 0 { format!(" ({lines} lines like this left out)") } else { String::new() }
-}
-
-/// As CiA 301 writes it.
-fn name(state: NmtState) -> &'static str {
-    match state {
-        NmtState::Initialising => "INITIALISING",
-        NmtState::Stopped => "STOPPED",
-        NmtState::Operational => "OPERATIONAL",
-        NmtState::PreOperational => "PRE-OPERATIONAL",
-    }
 }

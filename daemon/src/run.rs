@@ -72,6 +72,7 @@ fn start(gateway: &Gateway, listening: Vec<Listening>) -> Result<CoreLoop, Failu
     })?;
     let clients = serve_clients(listening, &alarm, clock).map_err(other)?;
     let devices: Vec<String> = gateway.devices.iter().map(|device| device.name.clone()).collect();
+    let dialects = gateway.devices.iter().map(|device| (device.name.clone(), device.profile.dialect));
     let storage = match &gateway.storage {
         None => Storage::default(),
         Some(directory) => {
@@ -82,7 +83,7 @@ fn start(gateway: &Gateway, listening: Vec<Listening>) -> Result<CoreLoop, Failu
             Storage::start(directory.clone(), &devices, alarm.bell()).map_err(other)?
         }
     };
-    let reporter = Reporter::new(devices, links.len());
+    let reporter = Reporter::new(dialects.collect(), links.len());
     Ok(CoreLoop { core, links, clients, clock, alarm, stop, reporter, storage, turns_without_clock: 0 })
 }
 

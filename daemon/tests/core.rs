@@ -2,12 +2,13 @@
 
 mod common;
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use canopen::{BusState, Cause, NmtState};
+use canopen::{BusState, Cause, Emergency, ErrorRegister, NmtState};
 use common::{Bench, LINK};
 use daemon::core::{LinkId, Notice};
-use profiles::State;
+use profiles::{Profile, State};
 
 const READ_DEVICE_TYPE_1: &str = "601#4000100000000000";
 const HEARTBEAT: u16 = 0x1017;
@@ -305,4 +306,25 @@ fn one_node_supervises_the_heartbeat_of_another() {
     bench.write(2, HEARTBEAT, 0, &0_u16.to_le_bytes());
     let sent = bench.run(Duration::from_secs(1));
     assert_eq!(sent, ["081#3081110200000000"]);
+}
+
+#[test]
+fn an_emergency_of_another_node_is_a_notice() {
+    let profile = Arc::new(Profile::embedded("canopen-reference", None).unwrap().unwrap());
+    let mut bench = Bench::of(&profile, &[&[(0, 1)], &[(0, 2)]]);
+    bench.write(1, 0x1028, 2, &0x82_u32.to_le_bytes());
+    bench.write(1, 0x1028, 5, &0x85_u32.to_le_bytes());
+
+    // One of our own and a stranger.
+    bench.send("000#0102");
+    notices(&mut bench);
+    bench.send("202#11");
+    bench.send("085#1043090102030405");
+
+    let tells = |producer, code, register, detail| {
+        let register = ErrorRegister::from_bits_retain(register);
+        Notice::Emergency { producer, emergency: Emergency { code, register, detail } }
+    };
+    let expected = [tells(2, 0x8210, 0x11, [1, 0, 1, 0, 0]), tells(5, 0x4310, 9, [1, 2, 3, 4, 5])];
+    assert_eq!(notices(&mut bench), expected);
 }

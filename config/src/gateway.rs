@@ -22,7 +22,7 @@ pub struct Gateway {
     pub modbus: Option<SocketAddr>,
     /// Directory for what devices store; without one they cannot store anything.
     pub storage: Option<PathBuf>,
-    /// Path of the control socket.
+    /// Path of the control socket; without one the daemon looks for a place.
     pub control: Option<PathBuf>,
     /// What the file asks for and this version does not do yet.
     pub notes: Vec<Note>,
@@ -48,7 +48,7 @@ impl fmt::Display for Note {
 }
 
 /// Keys of the file that are checked and do nothing yet.
-const NOT_SERVED: [&str; 2] = ["modbus", "control"];
+const NOT_SERVED: [&str; 1] = ["modbus"];
 
 /// Reads the gateway file `text`, which stands at `file`; profile files are read by `read`.
 ///
@@ -77,8 +77,12 @@ fn read_gateway(mut file: Table<'_, '_>, resolver: &mut Resolver<'_>) -> Option<
         let listen = table.require::<Spanned<&str>>("listen")?;
         address(&listen, "0.0.0.0:502", table.report)
     });
-    let storage = section(&mut file, "storage", storage_path);
-    let control = section(&mut file, "control", |table| table.require::<&str>("socket").map(PathBuf::from));
+    let storage = section(&mut file, "storage", |table| {
+        path(table, "path", "storage needs a directory", "/var/lib/axisd")
+    });
+    let control = section(&mut file, "control", |table| {
+        path(table, "socket", "control socket needs a path", "/run/axisd/control.sock")
+    });
     let buses = bus::read_all(&mut file);
     let nodes = file.get::<Vec<Node>>("device").unwrap_or_default();
     let mut devices = Devices::new(&buses, resolver, file.has("modbus"));
@@ -99,12 +103,12 @@ fn note(file: &str, text: &str, key: &str, span: &Span) -> Note {
     Note { file: file.to_owned(), line, column, message }
 }
 
-/// Where devices store: a relative path is one from where the program runs.
-fn storage_path(table: &mut Table<'_, '_>) -> Option<PathBuf> {
-    let path = table.require::<Spanned<&str>>("path")?;
+/// The path at `key`, which must not be empty; a relative one is from where the program runs. `example` is a good one.
+fn path(table: &mut Table<'_, '_>, key: &'static str, need: &str, example: &str) -> Option<PathBuf> {
+    let path = table.require::<Spanned<&str>>(key)?;
     if path.get_ref().is_empty() {
-        let help = "write a directory, such as \"/var/lib/axisd\"".to_owned();
-        table.report.error(&path.span(), "the storage needs a directory", help);
+        let help = format!("write one, such as \"{example}\"");
+        table.report.error(&path.span(), format!("the {need}"), help);
     }
     Some(PathBuf::from(path.into_inner()))
 }

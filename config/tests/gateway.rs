@@ -112,17 +112,21 @@ fn a_unit_id_is_by_default_the_node_id_and_only_modbus_needs_them_to_differ() {
 
 #[test]
 fn what_is_not_served_yet_is_noted_with_its_position() {
-    let gateway =
-        load_plainly("[modbus]\nlisten = \"0.0.0.0:502\"\n[control]\nsocket = \"/run/axisd/control\"\n");
+    let gateway = load_plainly("[modbus]\nlisten = \"0.0.0.0:502\"\n");
     assert_eq!(gateway.modbus, Some("0.0.0.0:502".parse().unwrap()));
     let notes: Vec<_> = gateway.notes.iter().map(ToString::to_string).collect();
-    assert_eq!(
-        notes,
-        [
-            "gateway.toml:1:2: note: `modbus` has no effect in this version",
-            "gateway.toml:3:2: note: `control` has no effect in this version",
-        ]
-    );
+    assert_eq!(notes, ["gateway.toml:1:2: note: `modbus` has no effect in this version"]);
+}
+
+#[test]
+fn the_control_socket_may_have_a_place_of_its_own() {
+    let gateway = load_plainly("[control]\nsocket = \"/run/axisd/line-1.sock\"\n");
+    assert_eq!(gateway.control, Some("/run/axisd/line-1.sock".into()));
+    assert_eq!(gateway.notes, []);
+    assert_eq!(load_plainly("").control, None);
+    let wrong = load_text("[control]\nsocket = \"\"\n").unwrap_err();
+    assert_eq!(wrong.0[0].message, "the control socket needs a path");
+    assert_eq!((wrong.0[0].line, wrong.0[0].column), (2, 10));
 }
 
 #[test]

@@ -81,6 +81,11 @@ pub fn main() -> ExitCode {
         Command::Check { file, json } => commands::check(&file, json),
         Command::Eds { config, device } => commands::eds(&config, &device),
     };
+    conclude("axisd", done)
+}
+
+/// The exit code of `program`; why it failed goes to standard error.
+pub(crate) fn conclude(program: &str, done: Result<(), Failure>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Configuration(text)) => {
@@ -89,7 +94,7 @@ pub fn main() -> ExitCode {
         }
         Err(Failure::ConfigurationShown) => ExitCode::from(CONFIGURATION_ERROR),
         Err(Failure::Other(text)) => {
-            eprintln!("axisd: {text}");
+            eprintln!("{program}: {text}");
             ExitCode::FAILURE
         }
     }

@@ -14,6 +14,7 @@
 
 mod deadlines;
 mod storage;
+mod view;
 
 use core::ops::Range;
 use core::time::Duration;
@@ -82,8 +83,6 @@ pub enum Notice {
 /// What was lost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Frames that did not reach our own nodes because too many were under way.
-    pub dropped_on_wire: u64,
     /// Notices that nobody took.
     pub dropped_notices: u64,
 }
@@ -138,6 +137,8 @@ pub struct Core {
     notices: VecDeque<(usize, Notice)>,
     /// Devices with an order to store that nobody has fetched.
     orders: VecDeque<usize>,
+    /// For each link, frames that were too many.
+    dropped_on_wire: Vec<u64>,
     counters: Counters,
 }
 
@@ -159,6 +160,7 @@ impl Core {
             resubscribed: Vec::with_capacity(usize::from(links)),
             notices: VecDeque::with_capacity(MAX_NOTICES),
             orders: VecDeque::new(),
+            dropped_on_wire: vec![0; usize::from(links)],
             counters: Counters::default(),
         };
         for (unit, plan) in plans.iter().enumerate() {
@@ -267,33 +269,12 @@ impl Core {
         self.pass(now);
     }
 
-    /// Whether all axes are at rest and off.
-    #[must_use]
-    pub fn is_quiet(&self) -> bool {
-        self.units.iter().all(|unit| unit.device.is_quiet())
-    }
-
-    /// What was lost on the way.
-    #[must_use]
-    pub fn counters(&self) -> Counters {
-        self.counters
-    }
-
-    /// The devices, in the order of their plans.
-    pub fn devices(&self) -> impl Iterator<Item = &Device> {
-        self.units.iter().map(|unit| &unit.device)
-    }
-
-    /// The nodes, in the order of their devices.
-    pub fn nodes(&self) -> impl Iterator<Item = &Node> {
-        self.members.iter().map(|member| &member.node)
-    }
-
     fn put_on_wire(&mut self, passing: Passing) {
         if self.wire.len() < MAX_ON_WIRE {
             self.wire.push_back(passing);
         } else {
-            self.counters.dropped_on_wire += 1;
+            let dropped = self.dropped_on_wire.get_mut(usize::from(passing.link.0));
+            dropped.into_iter().for_each(|dropped| *dropped += 1);
         }
     }
 

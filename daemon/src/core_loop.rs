@@ -14,10 +14,12 @@ use tokio::sync::mpsc;
 
 use crate::alarm::Alarm;
 use crate::clock::Clock;
+use crate::control::Publisher;
 use crate::core::{Core, LinkId};
 use crate::link::{LONGEST_BLOCK, Link, Patience, Received, SocketCan};
 use crate::reporter::Reporter;
 use crate::socketcand::Inbound;
+use crate::status;
 use crate::storage::{Done, Storage};
 use crate::sys::BATCH;
 use crate::wait::{wait, wake_punctually};
@@ -47,6 +49,8 @@ pub(crate) struct CoreLoop {
     pub(crate) stop: Arc<AtomicBool>,
     pub(crate) reporter: Reporter,
     pub(crate) storage: Storage,
+    /// Where the status goes, if there is a control socket.
+    pub(crate) publisher: Option<Publisher>,
     pub(crate) turns_without_clock: u32,
 }
 
@@ -96,6 +100,7 @@ impl CoreLoop {
                 end = Some(self.stop_axes(now, end));
             }
             self.reporter.report(now, &mut self.core, &self.links);
+            self.publish(now);
             if end.is_some_and(|end| end <= now) {
                 return Ok(());
             }
@@ -182,10 +187,10 @@ impl CoreLoop {
         news: &mut Vec<Received>,
     ) {
         for news in news.drain(..) {
-            let Some(link) = self.links.get(position) else { continue };
+            let Some(link) = self.links.get_mut(position) else { continue };
             match news {
                 Received::Frame(frame) => {
-                    link.show(now, None, &frame);
+                    link.receive(now, &frame);
                     self.core.handle_frame(now, link_id(position), &frame);
                 }
                 Received::State(state) => {
@@ -264,6 +269,14 @@ impl CoreLoop {
             self.reporter.stored(now, device, outcome.as_ref().err());
             self.core.stored(now, device, outcome.map_err(|failure| failure.code()));
             self.transmit(now);
+        }
+    }
+
+    /// Gives the status to whoever wants it.
+    fn publish(&mut self, now: Instant) {
+        let Self { publisher, core, links, reporter, .. } = self;
+        if let Some(publisher) = publisher.as_mut().filter(|publisher| publisher.is_wanted(now)) {
+            publisher.publish(now, status::status(now, core, links, reporter));
         }
     }
 

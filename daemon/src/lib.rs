@@ -2,15 +2,17 @@
 //!
 //! [`core::Core`] is the part without I/O: every device and bus engine, by value, under whatever time it is told.
 //! Around it one thread moves frames between the core and the links, and a second one serves
-//! [`socketcand`] clients. Nothing but frames passes between the two, by bounded queues. A third one writes what devices
-//! want to be stored: [`storage`].
+//! the clients of [`socketcand`] and of the [`control`] socket. Between the two pass frames, by bounded queues, and the
+//! [`status`] when somebody wants it. A third one writes what devices want to be stored: [`storage`].
 
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
 
 pub mod alarm;
+pub mod axisctl;
 pub mod cli;
 pub mod clock;
 mod commands;
+pub mod control;
 pub mod core;
 mod core_loop;
 mod demo;
@@ -18,7 +20,9 @@ mod link;
 mod log;
 mod reporter;
 mod run;
+pub mod services;
 pub mod socketcand;
+pub mod status;
 pub mod storage;
 mod sys;
 mod wait;

@@ -20,19 +20,31 @@ pub(crate) struct Link {
     pub(crate) interface: Option<SocketCan>,
     /// Clients of the socketcand server, if the bus has one.
     pub(crate) clients: Option<broadcast::Sender<Passed>>,
+    /// Frames from outside.
+    pub(crate) received: u64,
+    /// Frames of our nodes.
+    pub(crate) sent: u64,
 }
 
 impl Link {
-    /// Sends a frame to everybody outside but its sender.
+    /// Sends a frame, of a client if `sender` says so, to everybody outside but its sender.
     pub(crate) fn send(&mut self, at: Instant, sender: Option<u64>, frame: &Frame) {
+        let count = if sender.is_some() { &mut self.received } else { &mut self.sent };
+        *count += 1;
         if let Some(interface) = &mut self.interface {
             interface.queue(frame);
         }
         self.show(at, sender, frame);
     }
 
+    /// Takes note of a frame from the interface.
+    pub(crate) fn receive(&mut self, at: Instant, frame: &Frame) {
+        self.received += 1;
+        self.show(at, None, frame);
+    }
+
     /// Lets the clients hear a frame that is on the bus.
-    pub(crate) fn show(&self, at: Instant, sender: Option<u64>, frame: &Frame) {
+    fn show(&self, at: Instant, sender: Option<u64>, frame: &Frame) {
         if let Some(clients) = self.clients.as_ref().filter(|clients| clients.receiver_count() > 0) {
             // Without receivers nobody misses it.
             let _ = clients.send(Passed { at, sender, frame: *frame });

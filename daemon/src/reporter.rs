@@ -31,6 +31,16 @@ impl Reporter {
         Self { devices, limiter: Limiter::default(), troubles, unsent }
     }
 
+    /// The names of the devices.
+    pub(crate) fn devices(&self) -> impl Iterator<Item = &str> {
+        self.devices.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// Why the interface of a link cannot be used, if that is known.
+    pub(crate) fn trouble(&self, link: usize) -> Option<&str> {
+        self.troubles.get(link)?.as_deref()
+    }
+
     /// Says what has happened in the core and on the links.
     pub(crate) fn report(&mut self, now: Instant, core: &mut Core, links: &[Link]) {
         while let Some((device, notice)) = core.poll_notice() {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::net::SocketAddr;
+use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -21,12 +22,14 @@ use crate::alarm::Alarm;
 use crate::cli::Failure;
 use crate::clock::Clock;
 use crate::commands;
+use crate::control::{self, ControlSocket, Reader};
 use crate::core::{Core, LinkId, Plan};
 use crate::core_loop::CoreLoop;
 use crate::demo;
 use crate::link::{Link, SocketCan};
 use crate::log;
 use crate::reporter::Reporter;
+use crate::services;
 use crate::socketcand::{self, Bus, Inbound, Listening, ToCore};
 use crate::storage::{self, Storage};
 
@@ -51,16 +54,25 @@ fn serve(gateway: &Gateway, advice: &str, introduction: &str) -> Result<(), Fail
     let listening = listen(gateway, advice)?;
     let log = log::start();
     gateway.notes.iter().for_each(|note| warn!("{note}"));
-    let outcome = start(gateway, listening).and_then(|core_loop| {
-        core_loop.run(|| announce(introduction)).map_err(|error| Failure::Other(error.to_string()))
-    });
+    let outcome = run(gateway, listening, introduction);
     info!("stopped");
     drop(log);
     outcome
 }
 
+/// Runs until a signal; the control socket is in the file system until then.
+fn run(gateway: &Gateway, listening: Vec<Listening>, introduction: &str) -> Result<(), Failure> {
+    let (_socket, listener) = control_socket(gateway)?.unzip();
+    let core_loop = start(gateway, listening, listener)?;
+    core_loop.run(|| announce(introduction)).map_err(|error| Failure::Other(error.to_string()))
+}
+
 /// The core loop, ready to run.
-fn start(gateway: &Gateway, listening: Vec<Listening>) -> Result<CoreLoop, Failure> {
+fn start(
+    gateway: &Gateway,
+    listening: Vec<Listening>,
+    control: Option<UnixListener>,
+) -> Result<CoreLoop, Failure> {
     let other = |error: io::Error| Failure::Other(error.to_string());
     let clock = Clock::start();
     let alarm = Alarm::new().map_err(other)?;
@@ -70,7 +82,10 @@ fn start(gateway: &Gateway, listening: Vec<Listening>) -> Result<CoreLoop, Failu
         let device = gateway.devices.get(error.device).map_or("?", |device| device.name.as_str());
         Failure::Configuration(format!("device `{device}`: {}", error.reason))
     })?;
-    let clients = serve_clients(listening, &alarm, clock).map_err(other)?;
+    let (publisher, reader) = control::board(alarm.bell());
+    let publisher = control.is_some().then_some(publisher);
+    let control = control.map(|listener| (listener, reader));
+    let clients = serve_clients(listening, control, &alarm, clock).map_err(other)?;
     let devices: Vec<String> = gateway.devices.iter().map(|device| device.name.clone()).collect();
     let dialects = gateway.devices.iter().map(|device| (device.name.clone(), device.profile.dialect));
     let storage = match &gateway.storage {
@@ -84,7 +99,18 @@ fn start(gateway: &Gateway, listening: Vec<Listening>) -> Result<CoreLoop, Failu
         }
     };
     let reporter = Reporter::new(dialects.collect(), links.len());
-    Ok(CoreLoop { core, links, clients, clock, alarm, stop, reporter, storage, turns_without_clock: 0 })
+    Ok(CoreLoop {
+        core,
+        links,
+        clients,
+        clock,
+        alarm,
+        stop,
+        reporter,
+        storage,
+        publisher,
+        turns_without_clock: 0,
+    })
 }
 
 /// Gives every device what it has stored.
@@ -140,22 +166,47 @@ fn links(gateway: &Gateway, listening: &[Listening], clock: Clock) -> Vec<Link> 
             config::Link::Virtual => None,
             config::Link::SocketCan(name) => Some(SocketCan::new(name, clients.is_some(), clock.now())),
         };
-        Link { name: bus.name.clone(), interface, clients: clients.map(|clients| clients.frames.clone()) }
+        let (name, clients) = (bus.name.clone(), clients.map(|clients| clients.frames.clone()));
+        Link { name, interface, clients, received: 0, sent: 0 }
     };
     gateway.buses.iter().enumerate().map(link).collect()
 }
 
+/// Listens where the configuration says. Without that the default places do, or none: whoever runs a demo may have no
+/// place for it.
+fn control_socket(gateway: &Gateway) -> Result<Option<(ControlSocket, UnixListener)>, Failure> {
+    if let Some(path) = &gateway.control {
+        return ControlSocket::bind(path).map(Some).map_err(|error| {
+            Failure::Other(format!("cannot serve the control socket {}: {error}", path.display()))
+        });
+    }
+    let mut tried = Vec::new();
+    for path in control::default_places() {
+        match ControlSocket::bind(&path) {
+            Ok(bound) => return Ok(Some(bound)),
+            Err(error) => tried.push(format!("{}: {error}", path.display())),
+        }
+    }
+    warn!("no control socket, axisctl finds nobody; tried {}", tried.join(", "));
+    Ok(None)
+}
+
+/// Serves the clients of the socketcand ports and of the control socket; what the former send comes out.
 fn serve_clients(
     listening: Vec<Listening>,
+    control: Option<(UnixListener, Reader)>,
     alarm: &Alarm,
     clock: Clock,
 ) -> io::Result<Option<mpsc::Receiver<Inbound>>> {
-    if listening.is_empty() {
-        return Ok(None);
-    }
     let (to_core, clients) = ToCore::new(alarm.bell());
-    socketcand::spawn(listening, to_core, clock)?;
-    Ok(Some(clients))
+    let clients = (!listening.is_empty()).then_some(clients);
+    if clients.is_some() || control.is_some() {
+        services::serve(|| {
+            socketcand::serve(listening, &to_core, clock)?;
+            control.map_or(Ok(()), |(listener, reader)| control::serve(listener, reader))
+        })?;
+    }
+    Ok(clients)
 }
 
 /// A flag that SIGTERM and SIGINT set; the second of them ends the process at once.

@@ -1,6 +1,6 @@
 //! The socketcand server: buses over TCP, for whoever has no CAN hardware (python-can's `socketcand` interface).
 //!
-//! It runs on a thread of its own. To the core loop leads one bounded queue, on which clients that are too fast
+//! It runs on the thread of [`crate::services`]. To the core loop leads one bounded queue, on which clients that are too fast
 //! have to wait; from it one ring per bus, in which clients that are too slow lose frames.
 
 mod protocol;
@@ -15,7 +15,7 @@ use tokio::sync::{broadcast, mpsc};
 use crate::alarm::Bell;
 use crate::core::LinkId;
 
-pub use server::spawn;
+pub use server::serve;
 
 /// Frames of a bus that a client may be behind.
 const RING: usize = 4096;

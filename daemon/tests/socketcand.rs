@@ -8,7 +8,8 @@ use canopen::{Frame, Id};
 use daemon::alarm::Alarm;
 use daemon::clock::Clock;
 use daemon::core::LinkId;
-use daemon::socketcand::{Bus, Inbound, Listening, Passed, ToCore, listen, spawn};
+use daemon::services;
+use daemon::socketcand::{Bus, Inbound, Listening, Passed, ToCore, listen, serve};
 use tokio::sync::{broadcast, mpsc};
 
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -29,7 +30,7 @@ impl Server {
         let address = listener.local_addr().unwrap();
         let buses = vec![Bus::new("can0", LinkId(0)), Bus::new("can1", LinkId(1))];
         let frames = [buses[0].frames.clone(), buses[1].frames.clone()];
-        spawn(vec![Listening { listener, buses }], to_core, Clock::start()).unwrap();
+        services::serve(|| serve(vec![Listening { listener, buses }], &to_core, Clock::start())).unwrap();
         Self { address, received, frames, _alarm: alarm }
     }
 

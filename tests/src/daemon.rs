@@ -94,6 +94,12 @@ pub fn axisd(arguments: &[&str]) -> Output {
     Command::new(binary()).args(arguments).output().expect("run axisd")
 }
 
+/// Runs `axisctl` with these arguments to its end.
+#[must_use]
+pub fn axisctl(arguments: &[&str]) -> Output {
+    Command::new(binary().with_file_name("axisctl")).args(arguments).output().expect("run axisctl")
+}
+
 /// A configuration: one bus `can0` and, on it, devices given as name, profile and node-ID.
 #[must_use]
 pub fn config(bus: Bus<'_>, devices: &[(&str, &str, u8)]) -> String {
@@ -142,7 +148,7 @@ fn build() -> PathBuf {
         panic!("{} is not in a target directory", test.display());
     };
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--quiet", "--package=daemon", "--bin=axisd", "--target-dir"]).arg(target);
+    cargo.args(["build", "--quiet", "--package=daemon", "--bins", "--target-dir"]).arg(target);
     if profile.ends_with("release") {
         cargo.arg("--release");
     }

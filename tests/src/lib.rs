@@ -1,6 +1,7 @@
 //! The harness of the end-to-end tests: a daemon, its peers and its bus, each a process of its own.
 //!
-//! * [`Daemon`] runs `axisd` with a configuration and ends it by SIGTERM; [`axisd`] runs the short commands.
+//! * [`Daemon`] runs `axisd` with a configuration and ends it by SIGTERM; [`axisd`] runs the short commands,
+//!   [`axisctl`] those that ask a running daemon.
 //! * [`Client`] is a socketcand client of our own.
 //! * [`Master`] runs the Python scripts of `tests/peers`, which are python-canopen masters, on one bus.
 //! * [`Vcan`] is a virtual CAN interface of the kernel, [`Wire`] a `candump` on it with `cansend` beside it.
@@ -21,7 +22,7 @@ mod vcan;
 
 pub use capture::story;
 pub use client::Client;
-pub use daemon::{Bus, Daemon, axisd, config, free_port};
+pub use daemon::{Bus, Daemon, axisctl, axisd, config, free_port};
 pub use peer::{Master, Peer, objects_in_eds, run_python};
 pub use temp::TempDir;
 pub use vcan::{Vcan, Wire};

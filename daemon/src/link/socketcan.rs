@@ -102,6 +102,11 @@ impl SocketCan {
         self.socket.as_ref().map(AsFd::as_fd)
     }
 
+    /// What the controller told last.
+    pub(crate) fn state(&self) -> BusState {
+        self.state
+    }
+
     /// What was lost since the start.
     pub(crate) fn losses(&self) -> Losses {
         self.losses

@@ -3,7 +3,6 @@
 use core::time::Duration;
 use std::io;
 use std::sync::Arc;
-use std::thread;
 
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
@@ -27,24 +26,15 @@ const WINDOW: Duration = Duration::from_millis(20);
 /// Bytes that go to a client in one piece.
 const CHUNK: usize = 4096;
 
-/// Serves `listening` on a thread of its own.
+/// Serves `listening` in the runtime that this is called in.
 ///
 /// # Errors
-/// The thread or its runtime could not be made.
-pub fn spawn(listening: Vec<Listening>, to_core: ToCore, clock: Clock) -> io::Result<()> {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    let listening = {
-        // Registers the sockets with the runtime.
-        let _guard = runtime.enter();
-        let register = |l: Listening| Ok((TcpListener::from_std(l.listener)?, Arc::<[Bus]>::from(l.buses)));
-        listening.into_iter().map(register).collect::<io::Result<Vec<_>>>()?
-    };
-    thread::Builder::new().name("socketcand".to_owned()).spawn(move || {
-        for (listener, buses) in listening {
-            runtime.spawn(accept(listener, buses, to_core.clone(), clock));
-        }
-        runtime.block_on(core::future::pending::<()>());
-    })?;
+/// The runtime does not take a socket.
+pub fn serve(listening: Vec<Listening>, to_core: &ToCore, clock: Clock) -> io::Result<()> {
+    for Listening { listener, buses } in listening {
+        let listener = TcpListener::from_std(listener)?;
+        tokio::spawn(accept(listener, Arc::from(buses), to_core.clone(), clock));
+    }
     Ok(())
 }
 

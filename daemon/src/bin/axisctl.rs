@@ -1,0 +1,7 @@
+//! `axisctl`, which asks a running `axisd`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    daemon::axisctl::main()
+}

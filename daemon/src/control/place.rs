@@ -1,0 +1,96 @@
+//! Where the control socket is, and that it is there only once.
+
+use std::env;
+use std::fs::{self, Permissions};
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::process;
+
+/// For a service.
+const SYSTEM: &str = "/run/axisd/control.sock";
+/// For a user, under `$XDG_RUNTIME_DIR`.
+const USER: &str = "axisd/control.sock";
+/// Its owner and group may ask.
+const MODE: u32 = 0o660;
+
+/// Where the socket is if the configuration does not say it: the first of these that can be used.
+#[must_use]
+pub fn default_places() -> Vec<PathBuf> {
+    let user = env::var_os("XDG_RUNTIME_DIR").filter(|directory| !directory.is_empty());
+    let user = user.map(|directory| Path::new(&directory).join(USER));
+    core::iter::once(PathBuf::from(SYSTEM)).chain(user).collect()
+}
+
+/// The socket in the file system. On drop it is removed.
+#[derive(Debug)]
+pub struct ControlSocket {
+    path: PathBuf,
+    /// Device and inode: another daemon may have taken the place meanwhile.
+    identity: (u64, u64),
+}
+
+impl ControlSocket {
+    /// Listens at `path`, whose directory is made if it is missing. What a dead daemon has left there is replaced.
+    ///
+    /// # Errors
+    /// A living daemon listens there, something there is no socket, or what the operating system says.
+    pub fn bind(path: &Path) -> io::Result<(Self, UnixListener)> {
+        if let Some(directory) = path.parent().filter(|directory| !directory.as_os_str().is_empty()) {
+            fs::create_dir_all(directory)?;
+        }
+        check_free(path)?;
+        let draft = path.with_extension(process::id().to_string());
+        let bound = bind_as(&draft, path);
+        if bound.is_err() {
+            // It may not even be there.
+            let _ = fs::remove_file(&draft);
+        }
+        let (listener, identity) = bound?;
+        Ok((Self { path: path.to_owned(), identity }, listener))
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl Drop for ControlSocket {
+    fn drop(&mut self) {
+        if fs::symlink_metadata(&self.path).is_ok_and(|file| (file.dev(), file.ino()) == self.identity) {
+            // What cannot be removed the next daemon replaces.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// Whether a socket may be put at `path`.
+fn check_free(path: &Path) -> io::Result<()> {
+    match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(error),
+        Ok(file) if file.file_type().is_socket() => {}
+        Ok(_) => {
+            return Err(io::Error::new(ErrorKind::AlreadyExists, "there is something that is no socket"));
+        }
+    }
+    match UnixStream::connect(path) {
+        Ok(_) => Err(io::Error::new(ErrorKind::AddrInUse, "another axisd serves it")),
+        Err(error) if matches!(error.kind(), ErrorKind::ConnectionRefused | ErrorKind::NotFound) => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
+/// Listens at `draft` and puts that at `path` when its mode is right: nobody else gets in between, and what was there is
+/// replaced at once.
+fn bind_as(draft: &Path, path: &Path) -> io::Result<(UnixListener, (u64, u64))> {
+    let listener = UnixListener::bind(draft)?;
+    listener.set_nonblocking(true)?;
+    fs::set_permissions(draft, Permissions::from_mode(MODE))?;
+    let file = fs::symlink_metadata(draft)?;
+    fs::rename(draft, path)?;
+    Ok((listener, (file.dev(), file.ino())))
+}

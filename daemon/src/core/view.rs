@@ -1,0 +1,42 @@
+//! What of the core may be looked at.
+
+use canopen::Node;
+use profiles::Device;
+
+use super::{Core, Counters, LinkId};
+
+impl Core {
+    /// Whether all axes are at rest and off.
+    #[must_use]
+    pub fn is_quiet(&self) -> bool {
+        self.units.iter().all(|unit| unit.device.is_quiet())
+    }
+
+    /// What was lost on the way.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// Frames on `link` that did not reach our nodes because too many were under way.
+    #[must_use]
+    pub fn dropped_on_wire(&self, link: LinkId) -> u64 {
+        self.dropped_on_wire.get(usize::from(link.0)).copied().unwrap_or(0)
+    }
+
+    /// The devices, in the order of their plans.
+    pub fn devices(&self) -> impl Iterator<Item = &Device> {
+        self.units.iter().map(|unit| &unit.device)
+    }
+
+    /// The nodes, in the order of their devices.
+    pub fn nodes(&self) -> impl Iterator<Item = &Node> {
+        self.members.iter().map(|member| &member.node)
+    }
+
+    /// The nodes of the device at position `device`, and their links.
+    pub fn nodes_of(&self, device: usize) -> impl Iterator<Item = (LinkId, &Node)> {
+        let own = self.units.get(device).and_then(|unit| self.members.get(unit.members.clone()));
+        own.unwrap_or_default().iter().map(|member| (member.link, &member.node))
+    }
+}

@@ -1,0 +1,20 @@
+//! What is not the bus and waits for the outside: the socketcand port and the control socket, served by tokio on one
+//! thread beside the core.
+
+use std::io;
+use std::thread;
+
+/// Runs what `start` spawns, on a thread of its own, until the process ends.
+///
+/// # Errors
+/// `start` failed, or the thread or its runtime could not be made.
+pub fn serve(start: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    {
+        let _guard = runtime.enter();
+        start()?;
+    }
+    let run = move || runtime.block_on(core::future::pending::<()>());
+    thread::Builder::new().name("services".to_owned()).spawn(run)?;
+    Ok(())
+}

@@ -1,0 +1,158 @@
+//! The state of the whole gateway, for people and programs: what every device does, how its buses are, and what went
+//! wrong, in numbers and in words.
+//!
+//! The core collects it when somebody asks ([`devices`]); [`crate::control`] takes it out of the core as one line of
+//! JSON, and `axisctl status` shows it ([`text`]). Fields are only ever added: programs may read it.
+
+mod collect;
+mod table;
+
+use serde::{Deserialize, Serialize};
+
+pub use collect::devices;
+pub(crate) use collect::status;
+pub use table::text;
+
+/// All of it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// Version of the daemon.
+    pub version: String,
+    /// Time since the daemon was started, in s.
+    pub uptime_s: u64,
+    /// The buses, in the order of the configuration.
+    pub buses: Vec<Bus>,
+    /// The devices, in the order of the configuration.
+    pub devices: Vec<Device>,
+}
+
+/// A bus.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bus {
+    /// Name.
+    pub name: String,
+    /// How it is reached, as the configuration says it.
+    pub link: String,
+    /// State of the CAN controller, or why it is not there.
+    pub state: String,
+    /// Frames from others.
+    pub received: u64,
+    /// Frames of our nodes.
+    pub sent: u64,
+    /// Frames that came and were not processed: malformed ones, and those that were too many.
+    pub lost: u64,
+    /// Frames that the interface did not take.
+    pub unsent: u64,
+    /// Error frames that told no state of the controller.
+    pub errors: u64,
+}
+
+/// A device.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Device {
+    /// Name.
+    pub name: String,
+    /// Name of its profile.
+    pub profile: String,
+    /// Its axes.
+    pub axes: Vec<Axis>,
+    /// Its nodes, one on each of its buses.
+    pub nodes: Vec<Node>,
+    /// Raster steps that were lost because the device was served too late.
+    pub dropped_steps: u64,
+}
+
+/// An axis.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Axis {
+    /// State of the drive (CiA 402).
+    pub state: String,
+    /// Mode in effect.
+    pub mode: String,
+    /// 0x6041.
+    pub statusword: u16,
+    /// Actual position, in counts.
+    pub position_counts: f64,
+    /// Actual velocity, in counts/s.
+    pub velocity_counts_s: f64,
+    /// The fault, if any.
+    pub fault: Option<Fault>,
+}
+
+/// An error that stands.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fault {
+    /// Error code.
+    pub code: u16,
+    /// What it means.
+    pub text: String,
+}
+
+/// A node.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Node {
+    /// Name of its bus.
+    pub bus: String,
+    /// Node-ID.
+    pub node_id: u8,
+    /// NMT state.
+    pub state: String,
+    /// Errors that stand now.
+    pub errors: Vec<Fault>,
+    /// Emergencies that it sent; code zero: an error was over.
+    pub emergencies: Events,
+    /// Emergencies of others that it listens to (0x1028).
+    pub heard: Events,
+    /// SDO transfers that it aborted.
+    pub aborts: Events,
+    /// Connections that it lost.
+    pub lost_connections: Events,
+    /// What it refused or lost without an answer on the bus.
+    pub counters: Counters,
+}
+
+/// What happened since power-on, of one kind.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Events {
+    /// How often.
+    pub count: u64,
+    /// The last times, newest first.
+    pub last: Vec<Event>,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Event {
+    /// How long ago, in ms.
+    pub age_ms: u64,
+    /// Emergency error code or SDO abort code.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub code: Option<u32>,
+    /// What it means.
+    pub text: String,
+    /// The object it is about, as in `0x6040:00`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<String>,
+    /// The Node-ID it came from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<u8>,
+}
+
+/// What a node refused or lost without an answer on the bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counters {
+    /// Frames of a wrong length or kind for their service.
+    pub malformed: u64,
+    /// RPDOs that were too short and not taken.
+    pub short_rpdos: u64,
+    /// RPDOs that were too long and taken.
+    pub long_rpdos: u64,
+    /// Synchronous RPDOs that came when the synchronous window was over.
+    pub late_rpdos: u64,
+    /// RPDOs with values that the device refused.
+    pub refused_rpdos: u64,
+    /// Frames dropped because too many waited to be sent.
+    pub dropped_frames: u64,
+    /// Emergencies of others dropped because too many waited to be taken.
+    pub dropped_emergencies: u64,
+}

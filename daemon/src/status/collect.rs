@@ -1,0 +1,154 @@
+//! From the core to plain values.
+
+use canopen::{Abort, Emergency, Recent};
+use od::{Address, Instant};
+use profiles::{AxisStatus, Dialect, error_text};
+
+use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Node, Status};
+use crate::core::{Core, LinkId};
+use crate::link::Link;
+use crate::reporter::Reporter;
+
+/// Everything, at `now`.
+pub(crate) fn status(now: Instant, core: &Core, links: &[Link], reporter: &Reporter) -> Status {
+    let buses = links.iter().enumerate().map(|(number, link)| bus(number, link, core, reporter)).collect();
+    Status {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        uptime_s: now.saturating_since(Instant::ZERO).as_secs(),
+        buses,
+        devices: devices(now, core, reporter.devices(), links.iter().map(|link| link.name.as_str())),
+    }
+}
+
+fn bus(number: usize, link: &Link, core: &Core, reporter: &Reporter) -> Bus {
+    let dropped = core.dropped_on_wire(LinkId(number as u16));
+    let (received, sent) = (link.received, link.sent);
+    let name = link.name.clone();
+    let Some(interface) = &link.interface else {
+        let (link, state) = ("virtual".to_owned(), "virtual".to_owned());
+        return Bus { name, link, state, received, sent, lost: dropped, unsent: 0, errors: 0 };
+    };
+    let losses = interface.losses();
+    let state = match interface.fd() {
+        Some(_) => interface.state().name().to_owned(),
+        None => reporter.trouble(number).unwrap_or("not open").to_owned(),
+    };
+    Bus {
+        name,
+        link: format!("socketcan:{}", interface.interface()),
+        state,
+        received,
+        sent,
+        lost: dropped + losses.malformed,
+        unsent: losses.unsent,
+        errors: losses.errors,
+    }
+}
+
+/// The devices at `now`, with their names and those of the buses, both in the order of the configuration.
+pub fn devices<'n>(
+    now: Instant,
+    core: &Core,
+    names: impl Iterator<Item = &'n str>,
+    buses: impl Iterator<Item = &'n str>,
+) -> Vec<Device> {
+    let buses: Vec<&str> = buses.collect();
+    let numbered = core.devices().zip(names).enumerate();
+    let device = |(number, (device, name)): (usize, (&profiles::Device, &str))| {
+        let dialect = device.profile().dialect;
+        let nodes = core.nodes_of(number);
+        Device {
+            name: name.to_owned(),
+            profile: device.profile().name.clone(),
+            axes: device.axes().map(|status| axis(&status, dialect)).collect(),
+            nodes: nodes
+                .map(|(LinkId(link), own)| {
+                    let bus = buses.get(usize::from(link)).copied().unwrap_or("?");
+                    node(now, bus, own, dialect)
+                })
+                .collect(),
+            dropped_steps: device.dropped_steps(),
+        }
+    };
+    numbered.map(device).collect()
+}
+
+fn axis(status: &AxisStatus, dialect: Dialect) -> Axis {
+    Axis {
+        state: status.state.name().to_owned(),
+        mode: status.mode.name().to_owned(),
+        statusword: status.statusword.bits(),
+        position_counts: status.position.0,
+        velocity_counts_s: status.velocity.0,
+        fault: status.fault.map(|fault| self::fault(fault.code, dialect)),
+    }
+}
+
+fn fault(code: u16, dialect: Dialect) -> Fault {
+    Fault { code, text: error_text(code, dialect).to_owned() }
+}
+
+fn node(now: Instant, bus: &str, node: &canopen::Node, dialect: Dialect) -> Node {
+    let diagnostics = node.diagnostics();
+    let told = |emergency: Emergency, dialect, from| Event {
+        code: Some(u32::from(emergency.code)),
+        text: error_text(emergency.code, dialect).to_owned(),
+        from,
+        ..Event::default()
+    };
+    Node {
+        bus: bus.to_owned(),
+        node_id: node.node_id(),
+        state: node.state().name().to_owned(),
+        errors: node.errors().iter().map(|error| fault(error.code, dialect)).collect(),
+        emergencies: events(now, &diagnostics.sent, |emergency| told(emergency, dialect, None)),
+        // Whatever the other node is: it is the standard that both share.
+        heard: events(now, &diagnostics.heard, |(from, emergency)| {
+            told(emergency, Dialect::Cia402, Some(from))
+        }),
+        aborts: events(now, &diagnostics.aborts, abort),
+        lost_connections: events(now, &diagnostics.lost, |cause| Event {
+            text: cause.to_string(),
+            ..Event::default()
+        }),
+        counters: counters(node.counters()),
+    }
+}
+
+fn abort(Abort { address: Address { index, sub }, code }: Abort) -> Event {
+    Event {
+        code: Some(code.code()),
+        text: code.text().to_owned(),
+        object: Some(format!("0x{index:04X}:{sub:02X}")),
+        ..Event::default()
+    }
+}
+
+fn events<T: Copy>(now: Instant, recent: &Recent<T>, tell: impl Fn(T) -> Event) -> Events {
+    let aged = |(at, what): (Instant, T)| {
+        let age = now.saturating_since(at).as_millis();
+        Event { age_ms: u64::try_from(age).unwrap_or(u64::MAX), ..tell(what) }
+    };
+    Events { count: recent.count(), last: recent.iter().map(aged).collect() }
+}
+
+fn counters(counters: canopen::Counters) -> Counters {
+    let canopen::Counters {
+        malformed,
+        late_rpdos,
+        refused_rpdos,
+        short_rpdos,
+        long_rpdos,
+        dropped,
+        dropped_events,
+    } = counters;
+    Counters {
+        malformed,
+        short_rpdos,
+        long_rpdos,
+        late_rpdos,
+        refused_rpdos,
+        dropped_frames: dropped,
+        dropped_emergencies: dropped_events,
+    }
+}

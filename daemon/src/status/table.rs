@@ -1,0 +1,172 @@
+//! The status as a text for people.
+
+use core::fmt::Write;
+
+use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Node, Status};
+
+/// A table of the devices, one of the buses, and what went wrong, where anything did.
+#[must_use]
+pub fn text(status: &Status) -> String {
+    let mut text = devices(status);
+    text.push('\n');
+    text += &buses(&status.buses);
+    for device in &status.devices {
+        for node in &device.nodes {
+            text += &trouble(&device.name, node);
+        }
+        if device.dropped_steps > 0 {
+            let _ = writeln!(
+                text,
+                "\n{}: served too late, {} raster steps dropped",
+                device.name, device.dropped_steps
+            );
+        }
+    }
+    text
+}
+
+fn devices(status: &Status) -> String {
+    const HEAD: [&str; 9] =
+        ["DEVICE", "NODE", "NMT", "STATE", "MODE", ">POSITION", ">VELOCITY", "ERROR", "BUS STATE"];
+    let mut rows = Vec::new();
+    for device in &status.devices {
+        for number in 0..device.axes.len().max(device.nodes.len()).max(1) {
+            rows.push(row(device, number, &status.buses));
+        }
+    }
+    table(&HEAD, &rows)
+}
+
+/// The line of a device that has its axis and its node of this number.
+fn row(device: &Device, number: usize, buses: &[Bus]) -> [String; 9] {
+    let none = || "-".to_owned();
+    let axis = device.axes.get(number);
+    let node = device.nodes.get(number);
+    let of_axis = |show: fn(&Axis) -> String| axis.map_or_else(none, show);
+    let of_node = |show: fn(&Node) -> String| node.map_or_else(none, show);
+    let bus = node.and_then(|node| buses.iter().find(|bus| bus.name == node.bus));
+    [
+        if number == 0 { device.name.clone() } else { String::new() },
+        of_node(|node| format!("{}/{}", node.bus, node.node_id)),
+        of_node(|node| node.state.clone()),
+        of_axis(|axis| axis.state.clone()),
+        of_axis(|axis| axis.mode.clone()),
+        of_axis(|axis| format!("{:.0}", axis.position_counts)),
+        of_axis(|axis| format!("{:.0}/s", axis.velocity_counts_s)),
+        error(axis, node).map_or_else(none, shown),
+        bus.map_or_else(none, |bus| bus.state.clone()),
+    ]
+}
+
+/// The error to show: that of the axis before one of the node.
+fn error<'s>(axis: Option<&'s Axis>, node: Option<&'s Node>) -> Option<&'s Fault> {
+    axis.and_then(|axis| axis.fault.as_ref()).or_else(|| node?.errors.first())
+}
+
+fn shown(Fault { code, text }: &Fault) -> String {
+    format!("0x{code:04X} {text}")
+}
+
+fn buses(buses: &[Bus]) -> String {
+    const HEAD: [&str; 8] = ["BUS", "LINK", "STATE", ">IN", ">OUT", ">LOST", ">UNSENT", ">ERRORS"];
+    let row = |bus: &Bus| {
+        let Bus { name, link, state, received, sent, lost, unsent, errors } = bus;
+        let [received, sent, lost, unsent, errors] =
+            [received, sent, lost, unsent, errors].map(ToString::to_string);
+        [name.clone(), link.clone(), state.clone(), received, sent, lost, unsent, errors]
+    };
+    table(&HEAD, &buses.iter().map(row).collect::<Vec<_>>())
+}
+
+/// What went wrong at a node; nothing if nothing did.
+fn trouble(device: &str, node: &Node) -> String {
+    let mut lines: Vec<String> = node.errors.iter().map(|error| format!("error: {}", shown(error))).collect();
+    lines.extend(happened("EMCY sent", &node.emergencies, 4));
+    lines.extend(happened("EMCY received", &node.heard, 4));
+    lines.extend(happened("SDO aborted", &node.aborts, 8));
+    lines.extend(happened("connection lost", &node.lost_connections, 0));
+    let counted = counted(&node.counters);
+    lines.extend(counted.into_iter().filter(|(count, _)| *count > 0).map(|(c, what)| format!("{what}: {c}")));
+    if lines.is_empty() {
+        return String::new();
+    }
+    let lines: String = lines.iter().map(|line| format!("  {line}\n")).collect();
+    format!("\n{device}, node {} on {}:\n{lines}", node.node_id, node.bus)
+}
+
+fn counted(counters: &Counters) -> [(u64, &'static str); 7] {
+    [
+        (counters.short_rpdos, "RPDOs too short, not taken"),
+        (counters.long_rpdos, "RPDOs too long, taken"),
+        (counters.refused_rpdos, "RPDOs with a value that was refused"),
+        (counters.late_rpdos, "RPDOs after the synchronous window"),
+        (counters.malformed, "malformed frames"),
+        (counters.dropped_frames, "frames that could not wait to be sent"),
+        (counters.dropped_emergencies, "received EMCYs that could not wait"),
+    ]
+}
+
+/// How often it happened, and the last times; codes have so many `digits`.
+fn happened(what: &str, events: &Events, digits: usize) -> Vec<String> {
+    if events.count == 0 {
+        return Vec::new();
+    }
+    let line = |event: &Event| {
+        let code = event.code.map(|code| format!("0x{code:0digits$X} ")).unwrap_or_default();
+        let from = event.from.map(|from| format!("node {from}: ")).unwrap_or_default();
+        let object = event.object.as_ref().map(|object| format!(", {object}")).unwrap_or_default();
+        format!("  {:>8} ago  {from}{code}{}{object}", age(event.age_ms), event.text)
+    };
+    let head = format!("{what}: {}", events.count);
+    core::iter::once(head).chain(events.last.iter().map(line)).collect()
+}
+
+/// A time as one number with its unit.
+fn age(millis: u64) -> String {
+    const SECOND: u64 = 1000;
+    const MINUTE: u64 = 60 * SECOND;
+    const HOUR: u64 = 60 * MINUTE;
+    const DAY: u64 = 24 * HOUR;
+    match millis {
+        ..SECOND => format!("{millis} ms"),
+        SECOND..MINUTE => format!("{} s", millis / SECOND),
+        MINUTE..HOUR => format!("{} min", millis / MINUTE),
+        HOUR..DAY => format!("{} h", millis / HOUR),
+        DAY.. => format!("{} d", millis / DAY),
+    }
+}
+
+/// Lines of columns under their heads; a head that begins with `>` has its column on the right.
+fn table<const COLUMNS: usize>(head: &[&str; COLUMNS], rows: &[[String; COLUMNS]]) -> String {
+    let names = head.map(|name| name.trim_start_matches('>').to_owned());
+    let mut widths = [0; COLUMNS];
+    for row in core::iter::once(&names).chain(rows) {
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = cell.chars().count().max(*width);
+        }
+    }
+    let line = |row: &[String; COLUMNS]| {
+        let cells = row.iter().zip(widths).zip(head).map(|((cell, width), name)| {
+            if name.starts_with('>') { format!("{cell:>width$}") } else { format!("{cell:width$}") }
+        });
+        format!("{}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
+    };
+    core::iter::once(&names).chain(rows).map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_is_one_number() {
+        let ages = [0, 999, 1000, 59_999, 60_000, 3_599_999, 3_600_000, 86_400_000].map(age);
+        assert_eq!(ages, ["0 ms", "999 ms", "1 s", "59 s", "1 min", "59 min", "1 h", "1 d"]);
+    }
+
+    #[test]
+    fn columns_are_as_wide_as_their_widest_cell() {
+        let rows = [["a", "1"], ["bcd", "23"]].map(|row| row.map(str::to_owned));
+        assert_eq!(table(&["N", ">NUMBER"], &rows), "N    NUMBER\na         1\nbcd      23\n");
+    }
+}

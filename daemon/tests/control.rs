@@ -1,0 +1,281 @@
+//! The control socket, with a core loop that the test plays.
+
+use std::fs;
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::process;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use daemon::alarm::Alarm;
+use daemon::control::{ControlSocket, Publisher, Response, board, serve};
+use daemon::services;
+use daemon::status::Status;
+use od::Instant;
+
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// A directory of its own for a test.
+struct Directory(PathBuf);
+
+impl Directory {
+    fn new() -> Self {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("axisd-control-{}-{number}", process::id()));
+        fs::create_dir(&path).unwrap();
+        Self(path)
+    }
+
+    fn socket(&self) -> PathBuf {
+        self.0.join("control.sock")
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(&self.0).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+    }
+}
+
+impl Drop for Directory {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A served socket and the core's end of its board.
+struct Server {
+    directory: Directory,
+    publisher: Publisher,
+    _socket: ControlSocket,
+    _alarm: Alarm,
+}
+
+impl Server {
+    fn start() -> Self {
+        let directory = Directory::new();
+        let alarm = Alarm::new().unwrap();
+        let (publisher, reader) = board(alarm.bell());
+        let (socket, listener) = ControlSocket::bind(&directory.socket()).unwrap();
+        services::serve(|| serve(listener, reader)).unwrap();
+        Self { directory, publisher, _socket: socket, _alarm: alarm }
+    }
+
+    fn client(&self) -> Client {
+        Client::connect(&self.directory.socket())
+    }
+
+    /// Plays a core that gives one status after the other as soon as it may; `calls` in all.
+    fn publish(mut self, calls: u64) -> thread::JoinHandle<Self> {
+        thread::spawn(move || {
+            for call in 1..=calls {
+                // Time passes with every turn of this core, so it may always give one.
+                let now = Instant::ZERO + Duration::from_secs(call);
+                while !self.publisher.is_wanted(now) {
+                    thread::yield_now();
+                }
+                self.publisher.publish(now, Status { uptime_s: call, ..Status::default() });
+            }
+            self
+        })
+    }
+}
+
+struct Client(BufReader<UnixStream>);
+
+impl Client {
+    fn connect(path: &Path) -> Self {
+        let stream = UnixStream::connect(path).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        Self(BufReader::new(stream))
+    }
+
+    fn say(&mut self, text: &str) {
+        self.0.get_mut().write_all(text.as_bytes()).unwrap();
+    }
+
+    /// The next answer; an empty text when the connection is over.
+    fn hear(&mut self) -> String {
+        let mut line = String::new();
+        self.0.read_line(&mut line).unwrap();
+        line
+    }
+
+    /// The error that `request` is answered with.
+    fn refused(&mut self, request: &str) -> String {
+        self.say(&format!("{request}\n"));
+        match serde_json::from_str(&self.hear()).unwrap() {
+            Response::Error(error) => error,
+            Response::Status(status) => panic!("{status:?}"),
+        }
+    }
+}
+
+fn uptime(line: &str) -> u64 {
+    match serde_json::from_str(line).unwrap() {
+        Response::Status(status) => status.uptime_s,
+        Response::Error(error) => panic!("{error}"),
+    }
+}
+
+#[test]
+fn every_request_line_has_an_answer_line() {
+    let server = Server::start();
+    let mut client = server.client();
+    let core = server.publish(2);
+
+    client.say("{\"request\":\"status\"}\n{\"request\":\"status\"}\n");
+
+    assert_eq!([client.hear(), client.hear()].map(|line| uptime(&line)), [1, 2]);
+    core.join().unwrap();
+}
+
+#[test]
+fn while_nobody_asks_the_core_is_not_wanted() {
+    let server = Server::start();
+    let mut client = server.client();
+    assert!(client.refused("{}").contains("request"));
+    assert!(!server.publisher.is_wanted(Instant::ZERO + PATIENCE));
+
+    client.say("{\"request\":\"status\"}\n");
+    let server = server.publish(1).join().unwrap();
+    assert_eq!(uptime(&client.hear()), 1);
+    assert!(!server.publisher.is_wanted(Instant::ZERO + PATIENCE));
+}
+
+#[test]
+fn there_are_at_most_twenty_statuses_a_second() {
+    let mut server = Server::start();
+    let mut client = server.client();
+    let start = Instant::ZERO + PATIENCE;
+    client.say("{\"request\":\"status\"}\n");
+    while !server.publisher.is_wanted(start) {
+        thread::yield_now();
+    }
+    server.publisher.publish(start, Status { uptime_s: 1, ..Status::default() });
+    assert_eq!(uptime(&client.hear()), 1);
+
+    client.say("{\"request\":\"status\"}\n");
+    while !server.publisher.is_wanted(start + Duration::from_millis(50)) {
+        thread::yield_now();
+    }
+    assert!(!server.publisher.is_wanted(start + Duration::from_micros(49_999)));
+    server.publisher.publish(start + Duration::from_millis(50), Status { uptime_s: 2, ..Status::default() });
+    assert_eq!(uptime(&client.hear()), 2);
+}
+
+#[test]
+fn what_is_not_understood_is_said_and_the_connection_goes_on() {
+    let server = Server::start();
+    let mut client = server.client();
+    assert!(client.refused("").starts_with("not understood: "));
+    assert!(client.refused("status").starts_with("not understood: "));
+    assert!(client.refused("{\"request\":\"stattus\"}").contains("unknown variant `stattus`"));
+    assert!(client.refused("{\"request\":\"status\",\"of\":1}").contains("unknown field `of`"));
+    assert!(client.refused("\u{0}\u{1}\u{2}").starts_with("not understood: "));
+
+    let core = server.publish(1);
+    client.say("{\"request\":\"status\"}\n");
+    assert_eq!(uptime(&client.hear()), 1);
+    core.join().unwrap();
+}
+
+#[test]
+fn a_line_that_is_too_long_ends_the_connection() {
+    let server = Server::start();
+    let mut client = server.client();
+    // The longest that may be: not understood, but read.
+    assert!(client.refused(&"x".repeat(4096)).starts_with("not understood: "));
+
+    client.say(&"x".repeat(4097));
+
+    assert_eq!(client.hear(), "{\"error\":\"a request has at most 4096 bytes\"}\n");
+    assert_eq!(client.hear(), "");
+}
+
+#[test]
+fn sixteen_clients_are_served_and_the_next_one_is_told_so() {
+    let server = Server::start();
+    let mut clients: Vec<Client> = (0..16).map(|_| server.client()).collect();
+    for client in &mut clients {
+        client.refused("{}");
+    }
+    let mut one_more = server.client();
+    assert_eq!(one_more.hear(), "{\"error\":\"too many clients\"}\n");
+    assert_eq!(one_more.0.read(&mut [0]).unwrap(), 0);
+
+    // Its place is free when the server has seen it leave.
+    drop(clients.pop());
+    let is_served = (0..1000).any(|_| {
+        let mut client = server.client();
+        client.0.get_mut().write_all(b"{}\n").is_ok() && {
+            let mut line = String::new();
+            client.0.read_line(&mut line).is_ok() && line.contains("not understood")
+        }
+    });
+    assert!(is_served);
+}
+
+#[test]
+fn only_owner_and_group_may_open_the_socket_and_it_goes_with_its_daemon() {
+    let directory = Directory::new();
+    let (socket, _listener) = ControlSocket::bind(&directory.socket()).unwrap();
+    let mode = fs::metadata(directory.socket()).unwrap().permissions().mode();
+    assert_eq!(mode & 0o777, 0o660);
+    assert_eq!(directory.names(), ["control.sock"]);
+    drop(socket);
+    assert_eq!(directory.names(), [""; 0]);
+}
+
+#[test]
+fn its_directory_is_made() {
+    let directory = Directory::new();
+    let path = directory.0.join("run/axisd/control.sock");
+    let (socket, _listener) = ControlSocket::bind(&path).unwrap();
+    assert!(path.exists());
+    assert_eq!(socket.path(), path);
+}
+
+#[test]
+fn the_socket_of_a_dead_daemon_is_replaced() {
+    let directory = Directory::new();
+    drop(UnixListener::bind(directory.socket()).unwrap());
+    assert_eq!(UnixStream::connect(directory.socket()).unwrap_err().kind(), ErrorKind::ConnectionRefused);
+
+    let (_socket, _listener) = ControlSocket::bind(&directory.socket()).unwrap();
+
+    assert!(UnixStream::connect(directory.socket()).is_ok());
+}
+
+#[test]
+fn the_socket_of_a_living_daemon_stays() {
+    let directory = Directory::new();
+    let first = ControlSocket::bind(&directory.socket()).unwrap();
+    let error = ControlSocket::bind(&directory.socket()).unwrap_err();
+    assert_eq!((error.kind(), error.to_string().as_str()), (ErrorKind::AddrInUse, "another axisd serves it"));
+    assert!(UnixStream::connect(directory.socket()).is_ok());
+    assert_eq!(directory.names(), ["control.sock"]);
+    drop(first);
+}
+
+#[test]
+fn what_is_no_socket_is_left_alone() {
+    let directory = Directory::new();
+    fs::write(directory.socket(), "precious").unwrap();
+    let error = ControlSocket::bind(&directory.socket()).unwrap_err();
+    assert_eq!(error.to_string(), "there is something that is no socket");
+    assert_eq!(fs::read(directory.socket()).unwrap(), b"precious");
+}
+
+#[test]
+fn a_socket_that_took_the_place_meanwhile_is_not_removed() {
+    let directory = Directory::new();
+    let (socket, _listener) = ControlSocket::bind(&directory.socket()).unwrap();
+    fs::remove_file(directory.socket()).unwrap();
+    let _other = UnixListener::bind(directory.socket()).unwrap();
+    drop(socket);
+    assert_eq!(directory.names(), ["control.sock"]);
+}

@@ -1,0 +1,105 @@
+//! `axisctl` and the control socket of a running daemon.
+
+use tests::{Bus, Client, Daemon, TempDir, axisctl, axisd, config, free_port, run_python};
+
+/// A daemon with two devices on a bus behind `port`, and the path of its control socket.
+fn daemon(port: u16, dir: &TempDir) -> (Daemon, String) {
+    let socket = dir.path().join("control.sock").display().to_string();
+    let devices = [("x-axis", "jvl-mac00-fc4", 1), ("reference", "canopen-reference", 2)];
+    let config = config(Bus::Socketcand(port), &devices);
+    (Daemon::start(&format!("[control]\nsocket = \"{socket}\"\n\n{config}")), socket)
+}
+
+/// What `axisctl status` prints.
+fn status(socket: &str, more: &[&str]) -> String {
+    let output = axisctl(&[&["--socket", socket, "status"], more].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("it speaks UTF-8")
+}
+
+fn has_line(text: &str, beginning: &str, end: &str) -> bool {
+    text.lines().any(|line| line.trim_start().starts_with(beginning) && line.ends_with(end))
+}
+
+#[test]
+fn axisctl_shows_devices_and_buses_and_says_what_went_wrong() {
+    let (port, dir) = (free_port(), TempDir::new());
+    let (mut daemon, socket) = daemon(port, &dir);
+    let mut client = Client::raw(port);
+    client.send("< send 602 8 23 28 10 1 81 0 0 0 >"); // node 2 listens to the emergencies of node 1
+    assert_eq!(client.frame(), "582 6028100100000000");
+    client.send("< send 601 8 40 0 50 0 0 0 0 0 >"); // read 0x5000:00
+    assert_eq!(client.frame(), "581 8000500000000206");
+    client.send("< send 000 2 1 1 >");
+    client.send("< send 201 1 6 >"); // half a controlword
+    daemon.logged("reference: node 1 tells 0x8210 (PDO not processed, too short)");
+
+    let text = status(&socket, &[]);
+
+    assert!(has_line(&text, "x-axis     can0/1  OPERATIONAL      SWITCH ON DISABLED", "virtual"), "{text}");
+    assert!(has_line(&text, "reference  can0/2  PRE-OPERATIONAL", "virtual"), "{text}");
+    assert!(has_line(&text, "can0  virtual", ""), "{text}");
+    assert!(has_line(&text, "error: 0x8210", "PDO not processed, too short"), "{text}");
+    assert!(has_line(&text, "EMCY sent: 1", ""), "{text}");
+    let words = "0x06020000 object does not exist in the object dictionary, 0x5000:00";
+    assert!(has_line(&text, "", words), "{text}");
+    assert!(has_line(&text, "", "node 1: 0x8210 PDO not processed, too short"), "{text}");
+    assert!(has_line(&text, "RPDOs too short, not taken: 1", ""), "{text}");
+}
+
+#[test]
+fn axisctl_prints_the_same_as_json() {
+    let (port, dir) = (free_port(), TempDir::new());
+    let (_daemon, socket) = daemon(port, &dir);
+
+    let json = status(&socket, &["--json"]);
+
+    let found = run_python(&format!(
+        "import json\nstatus = json.loads('''{json}''')\n\
+         print([(d['name'], [n['node_id'] for n in d['nodes']]) for d in status['devices']])"
+    ));
+    assert_eq!(found, "[('x-axis', [1]), ('reference', [2])]\n");
+}
+
+#[test]
+fn without_a_daemon_axisctl_says_where_it_looked_and_ends_with_1() {
+    let dir = TempDir::new();
+    let socket = dir.path().join("nobody.sock").display().to_string();
+
+    let output = axisctl(&["--socket", &socket, "status"]);
+
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains(&socket) && stderr.contains("no daemon answers"), "{stderr}");
+}
+
+#[test]
+fn a_socket_goes_with_its_daemon_and_one_that_was_killed_is_replaced() {
+    let dir = TempDir::new();
+    let (mut killed, socket) = daemon(free_port(), &dir);
+    killed.kill();
+    drop(killed);
+    assert!(dir.path().join("control.sock").exists());
+
+    let (mut next, _) = daemon(free_port(), &dir);
+    status(&socket, &[]);
+
+    next.terminate();
+    next.wait_until_stopped();
+    assert!(!dir.path().join("control.sock").exists());
+}
+
+#[test]
+fn a_second_daemon_at_the_same_socket_is_a_clear_error() {
+    let dir = TempDir::new();
+    let (_first, socket) = daemon(free_port(), &dir);
+    let config = format!("[control]\nsocket = \"{socket}\"\n{}", config(Bus::Virtual, &[]));
+    let file = dir.write("second.toml", &config).display().to_string();
+
+    let output = axisd(&["run", "--config", &file]);
+
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains(&socket) && stderr.contains("another axisd serves it"), "{stderr}");
+    status(&socket, &[]);
+}

@@ -113,6 +113,8 @@ pub struct Node {
     bus_state: BusState,
     sync: Sync,
     network_time: Option<(Instant, TimeOfDay)>,
+    /// What this node sends TIME with, if it does.
+    time_producer: Option<Id>,
     sampled_revision: u64,
     batch: Vec<Write<'static>>,
     outbox: VecDeque<Frame>,
@@ -153,6 +155,7 @@ impl Node {
             bus_state: BusState::Active,
             sync: Sync::default(),
             network_time: None,
+            time_producer: None,
             communication,
             sampled_revision: 0,
             batch: Vec::new(),

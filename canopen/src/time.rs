@@ -1,5 +1,7 @@
 //! TIME: the time of day of the network (CiA 301 v4.2, sections 7.1.6.5, 7.2.6 and 7.5.2.15).
 
+use core::time::Duration;
+
 use od::{AbortCode, Dictionary};
 
 use crate::CobId;
@@ -21,7 +23,20 @@ pub struct TimeOfDay {
     pub millis: u32,
 }
 
+/// Days from 1 January 1970 to 1 January 1984.
+const DAYS_TO_1984: u64 = 5113;
+const SECONDS_PER_DAY: u64 = 24 * 60 * 60;
+
 impl TimeOfDay {
+    /// The moment so long after 1 January 1970, midnight, without leap seconds; `None` before 1984 and after 2163, for
+    /// which TIME has no days.
+    #[must_use]
+    pub fn from_unix(since_1970: Duration) -> Option<Self> {
+        let days = (since_1970.as_secs() / SECONDS_PER_DAY).checked_sub(DAYS_TO_1984)?;
+        let seconds = (since_1970.as_secs() % SECONDS_PER_DAY) as u32;
+        Some(Self { days: u16::try_from(days).ok()?, millis: 1000 * seconds + since_1970.subsec_millis() })
+    }
+
     /// From the six bytes of a TIME message; the four reserved bits do not count.
     pub(crate) fn decode(payload: &[u8]) -> Option<Self> {
         let [a, b, c, d, low, high] = *payload else { return None };
@@ -69,6 +84,20 @@ mod tests {
         assert_eq!(TimeOfDay::decode(&[1, 2, 3, 4, 5, 6, 7]), None);
         let time = TimeOfDay { days: 0x0605, millis: 0x0403_0201 };
         assert_eq!(TimeOfDay::decode(&[1, 2, 3, 0xF4, 5, 6]), Some(time));
+    }
+
+    #[test]
+    fn days_are_counted_from_1984_and_milliseconds_from_midnight() {
+        let at =
+            |seconds: u64, millis: u64| TimeOfDay::from_unix(Duration::from_millis(1000 * seconds + millis));
+        assert_eq!(at(441_763_199, 999), None, "31 December 1983, the last millisecond");
+        assert_eq!(at(441_763_200, 0), Some(TimeOfDay { days: 0, millis: 0 }));
+        // 1 January 2024, noon.
+        assert_eq!(at(1_704_110_400, 7), Some(TimeOfDay { days: 14_610, millis: 43_200_007 }));
+        // 29 February 2024, the last millisecond.
+        assert_eq!(at(1_709_251_199, 999), Some(TimeOfDay { days: 14_669, millis: 86_399_999 }));
+        assert_eq!(at(441_763_200 + 65_535 * 86_400, 0), Some(TimeOfDay { days: u16::MAX, millis: 0 }));
+        assert_eq!(at(441_763_200 + 65_536 * 86_400, 0), None);
     }
 
     proptest! {

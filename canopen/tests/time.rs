@@ -51,13 +51,15 @@ fn time_is_consumed_only_if_bit_31_says_so_and_the_node_is_not_stopped() {
 #[test]
 fn a_producer_tells_the_time_that_its_owner_gives() {
     let mut bench = Bench::new();
-    assert!(!bench.node.produce_time(NOON));
+    assert!(!bench.node.produces_time() && !bench.node.produce_time(NOON));
     bench.configure("1012:00", 0x4000_0100);
-    assert!(bench.node.produce_time(NOON));
+    assert!(bench.node.produces_time() && bench.node.produce_time(NOON));
     assert_eq!(bench.settle(), [frame_of(NOON_FRAME)]);
     bench.send("000#0201");
-    assert!(!bench.node.produce_time(NOON));
+    assert!(!bench.node.produces_time() && !bench.node.produce_time(NOON));
     assert_eq!(bench.settle(), []);
+    bench.send("000#8201");
+    assert!(!bench.node.produces_time(), "the default again");
 }
 
 #[test]

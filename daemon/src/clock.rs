@@ -16,15 +16,19 @@ impl Clock {
     /// A clock that starts now.
     #[must_use]
     pub fn start() -> Self {
-        let wall = time::SystemTime::now().duration_since(time::UNIX_EPOCH);
-        // A machine that believes it is before 1970 gets stamps from zero.
-        Self { start: time::Instant::now(), epoch: wall.unwrap_or_default() }
+        Self { start: time::Instant::now(), epoch: Self::wall() }
     }
 
     /// What it shows.
     #[must_use]
     pub fn now(&self) -> Instant {
         Instant::ZERO + self.start.elapsed()
+    }
+
+    /// The time since 1970 by the wall clock, which may jump; zero if that believes it is before 1970.
+    #[must_use]
+    pub fn wall() -> time::Duration {
+        time::SystemTime::now().duration_since(time::UNIX_EPOCH).unwrap_or_default()
     }
 
     /// The time since 1970 at `moment`, as the wall clock had it when this clock was started: never backwards.

@@ -14,6 +14,7 @@
 
 mod deadlines;
 mod storage;
+mod time;
 mod view;
 
 use core::ops::Range;
@@ -30,6 +31,7 @@ use thiserror::Error;
 
 use deadlines::Deadlines;
 use storage::Storing;
+use time::Telling;
 
 pub use storage::Parameters;
 
@@ -137,6 +139,7 @@ pub struct Core {
     notices: VecDeque<(usize, Notice)>,
     /// Devices with an order to store that nobody has fetched.
     orders: VecDeque<usize>,
+    telling: Telling,
     /// For each link, frames that were too many.
     dropped_on_wire: Vec<u64>,
     counters: Counters,
@@ -160,6 +163,7 @@ impl Core {
             resubscribed: Vec::with_capacity(usize::from(links)),
             notices: VecDeque::with_capacity(MAX_NOTICES),
             orders: VecDeque::new(),
+            telling: Telling::default(),
             dropped_on_wire: vec![0; usize::from(links)],
             counters: Counters::default(),
         };
@@ -225,6 +229,7 @@ impl Core {
 
     /// Does what is due at `now`.
     pub fn handle_timeout(&mut self, now: Instant) {
+        self.telling.handle_timeout(now);
         while let Some(unit) = self.deadlines.due(now) {
             self.run_due(now, unit);
         }
@@ -234,7 +239,7 @@ impl Core {
     /// When [`Core::handle_timeout`] is to be called next.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        self.deadlines.first().into_iter().chain(self.resume).min()
+        [self.deadlines.first(), self.resume, self.telling.deadline].into_iter().flatten().min()
     }
 
     /// The next frame to send, and where.
@@ -402,6 +407,9 @@ impl Core {
             let link = *link;
             node.sample(now, device.dictionary());
             deadline = deadline.into_iter().chain(node.poll_timeout()).min();
+            if node.produces_time() {
+                self.telling.begin(now);
+            }
             self.send(number, link);
         }
         // A deadline that stays in the past must not keep the caller from its other duties.

@@ -8,7 +8,7 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use canopen::BusState;
+use canopen::{BusState, TimeOfDay};
 use od::Instant;
 use tokio::sync::mpsc;
 
@@ -248,6 +248,11 @@ impl CoreLoop {
         let is_due = |deadline: Option<Instant>| deadline.is_some_and(|deadline| deadline <= now);
         if is_due(self.core.poll_timeout()) {
             self.core.handle_timeout(now);
+            if self.core.poll_time_wanted()
+                && let Some(time) = TimeOfDay::from_unix(Clock::wall())
+            {
+                self.core.produce_time(now, time);
+            }
             self.transmit(now);
         }
         for position in 0..self.links.len() {

@@ -9,7 +9,7 @@ use crate::communication::{self as objects, Objects};
 use crate::emcy::Producer;
 use crate::pdo::{Reception, Tpdo};
 use crate::sdo::Step;
-use crate::{Cause, Emergency, Event, Frame, Id, NmtCommand, NmtState, rules, time};
+use crate::{Cause, CobId, Emergency, Event, Frame, Id, NmtCommand, NmtState, rules, time};
 
 /// What a frame with a subscribed identifier is for; the numbers are positions in the node's lists of PDOs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -192,7 +192,7 @@ impl Node {
         }
     }
 
-    /// Derives what is listened to from the parameters.
+    /// Derives what is listened to from the parameters, and what TIME is sent with.
     pub(super) fn resubscribe(&mut self) {
         self.services.clear();
         self.services.push((Id::Standard(NMT), Service::Nmt));
@@ -201,6 +201,7 @@ impl Node {
         self.services.extend(sync.map(|cob_id| (cob_id.id(), Service::Sync)));
         let time = time::consumed(&self.communication);
         self.services.extend(time.map(|cob_id| (cob_id.id(), Service::Time)));
+        self.time_producer = time::produced(&self.communication).map(CobId::id);
         self.services.extend(self.pdos.rpdo_ids().map(|(position, id)| (id, Service::Rpdo(position))));
         self.services
             .extend(self.pdos.request_ids().map(|(position, id)| (id, Service::TpdoRequest(position))));

@@ -5,7 +5,7 @@ use core::time::Duration;
 use od::{Dictionary, Instant};
 
 use super::Node;
-use crate::{Emergency, Event, Frame, TimeOfDay, time};
+use crate::{Emergency, Event, Frame, TimeOfDay};
 
 impl Node {
     /// Makes `timeout` the silence of an SDO client after which a transfer is aborted; it is one second otherwise.
@@ -19,11 +19,17 @@ impl Node {
         self.network_time
     }
 
+    /// Whether this node is the TIME producer of its network (0x1012, bit 30) and may speak.
+    #[must_use]
+    pub fn produces_time(&self) -> bool {
+        self.time_producer.is_some() && self.state.communicates()
+    }
+
     /// Tells the network what time it is, if this node is its TIME producer (0x1012, bit 30) and may speak; returns
     /// whether it is. When and how often is the owner's choice: the standard has no parameter for it.
     pub fn produce_time(&mut self, time: TimeOfDay) -> bool {
-        let producer = time::produced(&self.communication).filter(|_| self.state.communicates());
-        producer.map(|cob_id| self.send(Frame::new(cob_id.id(), &time.encode()))).is_some()
+        let producer = self.time_producer.filter(|_| self.state.communicates());
+        producer.map(|id| self.send(Frame::new(id, &time.encode()))).is_some()
     }
 
     pub(super) fn handle_time(&mut self, now: Instant, frame: &Frame) {

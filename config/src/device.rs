@@ -1,5 +1,6 @@
 //! `[[device]]`: a device, what it is and where it stands.
 
+use core::time::Duration;
 use std::sync::Arc;
 
 use profiles::reader::{Node, Spanned, Table};
@@ -20,6 +21,8 @@ pub struct Device {
     pub on: Vec<Attachment>,
     /// Modbus unit identifier: the given one or the Node-ID of the first attachment.
     pub unit_id: Option<u8>,
+    /// Silence of an SDO client after which its transfer is aborted, if not the usual second.
+    pub sdo_timeout: Option<Duration>,
 }
 
 /// A place on a bus.
@@ -64,6 +67,7 @@ impl<'b, 'r> Devices<'b, 'r> {
         let label = name.clone().unwrap_or_default();
         let on = self.attachments(&mut table, &label);
         let unit_id = self.unit_id(&mut table, on.as_deref(), &label);
+        let sdo_timeout = sdo_timeout(&mut table);
         table.finish();
         self.names.extend(name.clone());
         self.read.push(name.zip(profile).zip(on).map(|((name, profile), on)| Device {
@@ -71,6 +75,7 @@ impl<'b, 'r> Devices<'b, 'r> {
             profile,
             on,
             unit_id,
+            sdo_timeout,
         }));
     }
 
@@ -142,4 +147,12 @@ impl<'b, 'r> Devices<'b, 'r> {
         }
         self.units.push((unit_id, device.to_owned()));
     }
+}
+
+/// `sdo_timeout_ms`: 10 ms, which a client can just keep, to ten minutes.
+fn sdo_timeout(table: &mut Table<'_, '_>) -> Option<Duration> {
+    const KEY: &str = "sdo_timeout_ms";
+    table.ignore(&[KEY]);
+    let millis = if table.has(KEY) { table.require_in(KEY, 10..=600_000) } else { None };
+    millis.map(Duration::from_millis)
 }

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use config::{Attachment, Diagnostics, Gateway, Link, load};
 use proptest::prelude::*;
@@ -127,6 +128,21 @@ fn the_control_socket_may_have_a_place_of_its_own() {
     let wrong = load_text("[control]\nsocket = \"\"\n").unwrap_err();
     assert_eq!(wrong.0[0].message, "the control socket needs a path");
     assert_eq!((wrong.0[0].line, wrong.0[0].column), (2, 10));
+}
+
+#[test]
+fn a_device_may_wait_longer_or_shorter_for_its_sdo_clients() {
+    let text =
+        |more: &str| format!("[[device]]\nname = \"a\"\nprofile = \"cia402-servo\"\nunit_id = 1\n{more}");
+    let time_out = |more: &str| load_plainly(&text(more)).devices[0].sdo_timeout;
+    assert_eq!(time_out(""), None);
+    assert_eq!(time_out("sdo_timeout_ms = 10\n"), Some(Duration::from_millis(10)));
+    assert_eq!(time_out("sdo_timeout_ms = 600_000\n"), Some(Duration::from_secs(600)));
+    for value in ["9", "600_001", "-1", "0.5", "\"1s\""] {
+        let wrong = load_text(&text(&format!("sdo_timeout_ms = {value}\n"))).unwrap_err();
+        assert_eq!((wrong.0.len(), wrong.0[0].line, wrong.0[0].column), (1, 5, 18), "{value}");
+        assert_eq!(wrong.0[0].help.as_deref(), Some("write a number from 10 to 600000"), "{value}");
+    }
 }
 
 #[test]

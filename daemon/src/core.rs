@@ -187,6 +187,14 @@ impl Core {
         Ok(())
     }
 
+    /// Makes `timeout` the silence of an SDO client of `device` after which its transfer is aborted; it is one second
+    /// otherwise.
+    pub fn set_sdo_timeout(&mut self, device: usize, timeout: Duration) {
+        let Some(Unit { members, .. }) = self.units.get(device) else { return };
+        let members = self.members.get_mut(members.clone()).unwrap_or_default();
+        members.iter_mut().for_each(|member| member.node.set_sdo_timeout(timeout));
+    }
+
     /// Powers on the nodes of `link`, which send their boot-up messages. Those that run go on.
     pub fn start(&mut self, now: Instant, link: LinkId) {
         for member in 0..self.members.len() {

@@ -82,6 +82,9 @@ fn start(
         let device = gateway.devices.get(error.device).map_or("?", |device| device.name.as_str());
         Failure::Configuration(format!("device `{device}`: {}", error.reason))
     })?;
+    for (number, device) in gateway.devices.iter().enumerate() {
+        device.sdo_timeout.into_iter().for_each(|timeout| core.set_sdo_timeout(number, timeout));
+    }
     let (publisher, reader) = control::board(alarm.bell());
     let publisher = control.is_some().then_some(publisher);
     let control = control.map(|listener| (listener, reader));

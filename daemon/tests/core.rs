@@ -328,3 +328,21 @@ fn an_emergency_of_another_node_is_a_notice() {
     let expected = [tells(2, 0x8210, 0x11, [1, 0, 1, 0, 0]), tells(5, 0x4310, 9, [1, 2, 3, 4, 5])];
     assert_eq!(notices(&mut bench), expected);
 }
+
+#[test]
+fn a_device_may_have_an_sdo_time_out_of_its_own_on_all_its_links() {
+    let mut bench = Bench::new(&[&[(0, 1), (1, 9)], &[(0, 2)]]);
+    bench.core.set_sdo_timeout(0, Duration::from_millis(200));
+    for request in ["601#4008100000000000", "602#4008100000000000"] {
+        bench.send(request);
+    }
+    bench.send_on(LinkId(1), "609#4008100000000000");
+    bench.sent_on(LinkId(1));
+    assert_eq!(bench.run(Duration::from_millis(199)), [""; 0]);
+    bench.core.handle_timeout(bench.now + Duration::from_millis(1));
+    let aborts: Vec<_> = std::iter::from_fn(|| bench.core.poll_transmit()).collect();
+    let aborts: Vec<_> = aborts.iter().map(|(link, frame)| (link.0, frame.to_string())).collect();
+    let expected = [(0, "581#8008100000000405"), (1, "589#8008100000000405")];
+    assert_eq!(aborts, expected.map(|(link, frame)| (link, frame.to_owned())));
+    assert_eq!(bench.run(Duration::from_secs(1)), ["582#8008100000000405"]);
+}

@@ -2,7 +2,6 @@
 //! that is where the kernel delivers signals.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::net::SocketAddr;
 use std::os::unix::net::UnixListener;
@@ -31,7 +30,7 @@ use crate::log;
 use crate::reporter::Reporter;
 use crate::services;
 use crate::socketcand::{self, Bus, Inbound, Listening, ToCore};
-use crate::storage::{self, Storage};
+use crate::storage::{self, Claim, Storage};
 
 /// `axisd run --config FILE`.
 pub(crate) fn file(file: &Path) -> Result<(), Failure> {
@@ -93,13 +92,7 @@ fn start(
     let dialects = gateway.devices.iter().map(|device| (device.name.clone(), device.profile.dialect));
     let storage = match &gateway.storage {
         None => Storage::default(),
-        Some(directory) => {
-            fs::create_dir_all(directory).map_err(|error| {
-                Failure::Other(format!("cannot store parameters in {}: {error}", directory.display()))
-            })?;
-            load_parameters(&mut core, clock.now(), directory, &devices);
-            Storage::start(directory.clone(), &devices, alarm.bell()).map_err(other)?
-        }
+        Some(directory) => store_in(directory, &mut core, clock.now(), &devices, &alarm)?,
     };
     let reporter = Reporter::new(dialects.collect(), links.len());
     Ok(CoreLoop {
@@ -114,6 +107,22 @@ fn start(
         publisher,
         turns_without_clock: 0,
     })
+}
+
+/// Claims the directory and gives every device what it has stored there.
+fn store_in(
+    directory: &Path,
+    core: &mut Core,
+    now: Instant,
+    devices: &[String],
+    alarm: &Alarm,
+) -> Result<Storage, Failure> {
+    let failed = |error: io::Error| {
+        Failure::Other(format!("cannot store parameters in {}: {error}", directory.display()))
+    };
+    let claim = Claim::take(directory).map_err(failed)?;
+    load_parameters(core, now, directory, devices);
+    Storage::start(claim, devices, alarm.bell()).map_err(failed)
 }
 
 /// Gives every device what it has stored.

@@ -3,13 +3,14 @@
 //! [`encode`] tells what a file looks like, [`Replacement`] how it is replaced. An order of [`crate::core::Core`] is
 //! done when its file would survive a power cut.
 
+mod claim;
 mod file;
 mod format;
 
 use core::fmt;
 use std::collections::VecDeque;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
@@ -18,6 +19,7 @@ use od::AbortCode;
 use crate::alarm::Bell;
 use crate::core::Parameters;
 
+pub use claim::Claim;
 pub use file::{Replacement, file_name, load, replace};
 pub use format::{Corrupt, decode, encode};
 
@@ -76,11 +78,11 @@ struct Writer {
 }
 
 impl Storage {
-    /// Stores in `directory` what the devices of these names have; the bell rings when an order has ended.
+    /// Stores in a directory what the devices of these names have; the bell rings when an order has ended.
     ///
     /// # Errors
     /// The operating system has no thread left.
-    pub fn start(directory: PathBuf, devices: &[String], bell: Bell) -> io::Result<Self> {
+    pub fn start(claim: Claim, devices: &[String], bell: Bell) -> io::Result<Self> {
         // A device waits for its order to end before it gives another.
         let (jobs, orders) = sync_channel(devices.len());
         let (results, done) = sync_channel(devices.len());
@@ -88,7 +90,7 @@ impl Storage {
         let write_all = move || {
             for (device, parameters) in orders {
                 let name = names.get(device).map_or("", String::as_str);
-                let outcome = write(&directory, name, &parameters).map_err(Failure::File);
+                let outcome = write(claim.directory(), name, &parameters).map_err(Failure::File);
                 if results.send(Done { device, outcome }).is_err() {
                     return;
                 }

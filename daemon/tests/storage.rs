@@ -11,7 +11,7 @@ use std::time::Duration;
 use daemon::alarm::Alarm;
 use daemon::core::Parameters;
 use daemon::storage::{
-    Corrupt, Done, Failure, Replacement, Storage, decode, encode, file_name, load, replace,
+    Claim, Corrupt, Done, Failure, Replacement, Storage, decode, encode, file_name, load, replace,
 };
 use od::{AbortCode, Address, Saved};
 use proptest::prelude::*;
@@ -244,7 +244,8 @@ fn orders_are_written_by_another_thread() {
     let directory = Directory::new();
     let alarm = Alarm::new().unwrap();
     let devices = ["axis1".to_owned(), "axis/2".to_owned()];
-    let mut storage = Storage::start(directory.path().to_owned(), &devices, alarm.bell()).unwrap();
+    let claim = Claim::take(directory.path()).unwrap();
+    let mut storage = Storage::start(claim, &devices, alarm.bell()).unwrap();
     assert!(storage.is_idle());
     storage.submit(1, parameters());
     storage.submit(0, Parameters::default());
@@ -262,12 +263,41 @@ fn orders_are_written_by_another_thread() {
 fn a_failed_write_is_a_hardware_error() {
     let directory = Directory::new();
     let alarm = Alarm::new().unwrap();
-    let mut storage =
-        Storage::start(directory.path().join("gone"), &["axis1".to_owned()], alarm.bell()).unwrap();
+    let claim = Claim::take(&directory.path().join("gone")).unwrap();
+    let mut storage = Storage::start(claim, &["axis1".to_owned()], alarm.bell()).unwrap();
+    fs::remove_dir_all(directory.path().join("gone")).unwrap();
     storage.submit(0, parameters());
     let failure = wait(&mut storage).outcome.unwrap_err();
     assert!(matches!(failure, Failure::File(_)));
     assert_eq!(failure.code(), AbortCode::Hardware);
+}
+
+#[test]
+fn a_directory_belongs_to_one_daemon_as_long_as_that_lives() {
+    let directory = Directory::new();
+    let path = directory.path().join("var/axisd");
+    let alarm = Alarm::new().unwrap();
+    let storage = Storage::start(Claim::take(&path).unwrap(), &["axis1".to_owned()], alarm.bell()).unwrap();
+
+    let error = Claim::take(&path).unwrap_err();
+    assert_eq!(error.to_string(), "another axisd stores there");
+    assert!(Claim::take(directory.path()).is_ok(), "another directory");
+
+    drop(storage);
+    // The thread that writes there ends with it, and not at once.
+    let is_free = |_| {
+        thread::sleep(Duration::from_millis(1));
+        Claim::take(&path).is_ok()
+    };
+    assert!((0..3000).any(is_free));
+}
+
+#[test]
+fn a_claim_that_was_left_behind_holds_nobody_up() {
+    let directory = Directory::new();
+    directory.write("lock", b"left by a daemon that was killed");
+    assert!(Claim::take(directory.path()).is_ok());
+    assert_ne!(file_name("lock"), "lock", "that of a device is another one");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::fs;
 use std::thread;
 use std::time::Duration;
 
-use tests::{Bus, Client, Daemon, TempDir, config, free_port};
+use tests::{Bus, Client, Daemon, TempDir, axisd, config, free_port};
 
 /// Parameters in both areas, index and sub-index, all of 32 bits; all get the same value before each store.
 const PARAMETERS: [(u16, u8); 4] = [(0x1020, 1), (0x1020, 2), (0x6065, 0), (0x6067, 0)];
@@ -94,6 +94,25 @@ fn a_file_that_cannot_be_used_means_defaults_and_an_emergency() {
     assert_eq!(save(&mut client), Some(()));
     let text = fs::read_to_string(storage.path().join("axis%201.parameters")).expect("the file is there");
     assert!(text.starts_with("axisd parameters 1\napplication\n"), "{text}");
+}
+
+#[test]
+fn a_second_daemon_in_the_same_directory_is_a_clear_error() {
+    let storage = TempDir::new();
+    let mut first = daemon(free_port(), &storage);
+    let path = storage.path().display();
+    let text = format!("[storage]\npath = \"{path}\"\n{}", config(Bus::Virtual, &[]));
+    let file = storage.write("second.toml", &text).display().to_string();
+
+    let output = axisd(&["run", "--config", &file]);
+
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains(&format!("{path}: another axisd stores there")), "{stderr}");
+
+    first.kill();
+    drop(first);
+    let _next = daemon(free_port(), &storage);
 }
 
 #[test]

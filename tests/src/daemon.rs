@@ -21,11 +21,15 @@ pub struct Daemon {
 }
 
 impl Daemon {
-    /// Starts `axisd run` with a configuration file of this text and waits until it is ready.
+    /// Starts `axisd run` with a configuration file of this text and waits until it is ready. Unless the text says where
+    /// its control socket is, that is nowhere that others look.
     #[must_use]
     pub fn start(config: &str) -> Self {
         let dir = TempDir::new();
-        let file = dir.write("axisd.toml", config);
+        let socket = dir.path().join("control.sock");
+        let control = format!("\n[control]\nsocket = \"{}\"\n", socket.display());
+        let control = if config.contains("[control]") { "" } else { &control };
+        let file = dir.write("axisd.toml", &format!("{config}{control}"));
         Self::spawn(dir, Command::new(binary()).args(["run", "--config"]).arg(file))
     }
 

@@ -6,10 +6,11 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use tests::{Daemon, PATIENCE, Vcan, Wire};
+use tests::{Bus, Daemon, PATIENCE, TempDir, Vcan, Wire, axisctl, config};
 
 use crate::{
-    OPERATION_ENABLED, READY_TO_SWITCH_ON, STATE, SWITCH_ON_DISABLED, SWITCHED_ON, assert_served, one_drive,
+    OPERATION_ENABLED, PROFILE, READY_TO_SWITCH_ON, STATE, SWITCH_ON_DISABLED, SWITCHED_ON, assert_served,
+    one_drive,
 };
 
 const BUS_OFF: &str = "20000040#0000000000000000";
@@ -73,6 +74,33 @@ fn an_error_passive_controller_is_told_and_stops_nothing() {
     let told = wire.take();
     let told: Vec<_> = told.iter().filter(|frame| frame.starts_with("081#")).collect();
     assert_eq!(told, ["081#2081110000000000", NO_ERROR]);
+}
+
+#[test]
+fn axisctl_tells_the_state_of_the_bus_in_words() {
+    let (interface, dir) = (Vcan::new(), TempDir::new());
+    let socket = dir.path().join("control.sock").display().to_string();
+    let config = config(Bus::Interface(&interface), &[("axis1", PROFILE, 1)]);
+    let mut daemon = Daemon::start(&format!("[control]\nsocket = \"{socket}\"\n\n{config}"));
+    let mut wire = Wire::on(&interface);
+    wire.ask(READ_STATUSWORD, "581");
+    let status = || {
+        // The daemon sleeps in the receiving system call until half a second is over.
+        let output = axisctl(&["--socket", &socket, "status"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("it speaks UTF-8")
+    };
+    let bus = format!("can0  socketcan:{}", interface.name());
+    let text = status();
+    assert!(text.contains(&format!("{bus}  error active   1    2     0       0       0\n")), "{text}");
+
+    wire.send(BUS_OFF);
+    daemon.logged("bus can0: bus off");
+
+    let text = status();
+    assert!(text.contains(&format!("{bus}  bus off")), "{text}");
+    assert!(text.contains("0x8140 recovered from bus off"), "{text}");
+    assert!(text.contains("connection lost: 1\n") && text.contains(" ago  off the bus\n"), "{text}");
 }
 
 #[test]

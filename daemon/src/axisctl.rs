@@ -79,9 +79,14 @@ fn ask_at(place: &Path, request: &Request) -> io::Result<Response> {
     stream.set_write_timeout(Some(PATIENCE))?;
     let mut line = serde_json::to_string(request)?;
     line.push('\n');
-    stream.write_all(line.as_bytes())?;
+    // A daemon that has no place for one more client says so and leaves before it reads.
+    let written = stream.write_all(line.as_bytes());
     let mut answer = String::new();
     BufReader::new(stream).read_line(&mut answer)?;
+    if answer.is_empty() {
+        written?;
+        return Err(io::ErrorKind::UnexpectedEof.into());
+    }
     Ok(serde_json::from_str(&answer)?)
 }
 

@@ -61,9 +61,12 @@ fn serve(gateway: &Gateway, advice: &str, introduction: &str) -> Result<(), Fail
 
 /// Runs until a signal; the control socket is in the file system until then.
 fn run(gateway: &Gateway, listening: Vec<Listening>, introduction: &str) -> Result<(), Failure> {
-    let (_socket, listener) = control_socket(gateway)?.unzip();
+    let (socket, listener) = control_socket(gateway)?.unzip();
+    socket.iter().for_each(|socket| info!("control socket {}", socket.path().display()));
     let core_loop = start(gateway, listening, listener)?;
-    core_loop.run(|| announce(introduction)).map_err(|error| Failure::Other(error.to_string()))
+    let outcome = core_loop.run(|| announce(introduction));
+    drop(socket);
+    outcome.map_err(|error| Failure::Other(error.to_string()))
 }
 
 /// The core loop, ready to run.

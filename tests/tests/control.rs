@@ -1,5 +1,7 @@
 //! `axisctl` and the control socket of a running daemon.
 
+use std::os::unix::net::UnixStream;
+
 use tests::{Bus, Client, Daemon, TempDir, axisctl, axisd, config, free_port, run_python};
 
 /// A daemon with two devices on a bus behind `port`, and the path of its control socket.
@@ -71,6 +73,19 @@ fn without_a_daemon_axisctl_says_where_it_looked_and_ends_with_1() {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{stderr}");
     assert!(stderr.contains(&socket) && stderr.contains("no daemon answers"), "{stderr}");
+}
+
+#[test]
+fn axisctl_says_when_the_daemon_has_no_place_for_one_more() {
+    let dir = TempDir::new();
+    let (_daemon, socket) = daemon(free_port(), &dir);
+    let clients: Vec<_> = (0..16).map(|_| UnixStream::connect(&socket).expect("a place")).collect();
+
+    let output = axisctl(&["--socket", &socket, "status"]);
+
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!((output.status.code(), stderr.as_ref()), (Some(1), "axisctl: too many clients\n"));
+    drop(clients);
 }
 
 #[test]

@@ -195,15 +195,8 @@ fn control_socket(gateway: &Gateway) -> Result<Option<(ControlSocket, UnixListen
             Failure::Other(format!("cannot serve the control socket {}: {error}", path.display()))
         });
     }
-    let mut tried = Vec::new();
-    for path in control::default_places() {
-        match ControlSocket::bind(&path) {
-            Ok(bound) => return Ok(Some(bound)),
-            Err(error) => tried.push(format!("{}: {error}", path.display())),
-        }
-    }
-    warn!("no control socket, axisctl finds nobody; tried {}", tried.join(", "));
-    Ok(None)
+    let bound = ControlSocket::bind_first(&control::default_places());
+    Ok(bound.map_err(|tried| warn!("no control socket, axisctl finds nobody; tried {tried}")).ok())
 }
 
 /// Serves the clients of the socketcand ports and of the control socket; what the former send comes out.

@@ -279,3 +279,20 @@ fn a_socket_that_took_the_place_meanwhile_is_not_removed() {
     drop(socket);
     assert_eq!(directory.names(), ["control.sock"]);
 }
+
+#[test]
+fn the_first_place_that_can_be_used_is_taken() {
+    let directory = Directory::new();
+    fs::write(directory.0.join("file"), "").unwrap();
+    let blocked = directory.0.join("file/control.sock");
+
+    let (socket, _listener) = ControlSocket::bind_first(&[blocked.clone(), directory.socket()]).unwrap();
+    assert_eq!(socket.path(), directory.socket());
+
+    let tried = ControlSocket::bind_first(&[blocked.clone(), directory.socket()]).unwrap_err();
+    assert!(tried.starts_with(&format!("{}: ", blocked.display())), "{tried}");
+    assert!(
+        tried.ends_with(&format!("{}: another axisd serves it", directory.socket().display())),
+        "{tried}"
+    );
+}

@@ -1,6 +1,8 @@
 //! `axisctl` and the control socket of a running daemon.
 
 use std::os::unix::net::UnixStream;
+use std::thread;
+use std::time::Duration;
 
 use tests::{Bus, Client, Daemon, TempDir, axisctl, axisd, config, free_port, run_python};
 
@@ -47,6 +49,25 @@ fn axisctl_shows_devices_and_buses_and_says_what_went_wrong() {
     assert!(has_line(&text, "", words), "{text}");
     assert!(has_line(&text, "", "node 1: 0x8210 PDO not processed, too short"), "{text}");
     assert!(has_line(&text, "RPDOs too short, not taken: 1", ""), "{text}");
+}
+
+#[test]
+fn a_flood_of_emergencies_costs_one_line_a_second_and_all_are_counted() {
+    let (port, dir) = (free_port(), TempDir::new());
+    let (mut daemon, socket) = daemon(port, &dir);
+    let mut client = Client::raw(port);
+    client.send("< send 602 8 23 28 10 9 89 0 0 0 >"); // node 2 listens to the emergencies of node 9
+    assert_eq!(client.frame(), "582 6028100900000000");
+    let tell = |client: &mut Client| client.send("< send 089 8 10 42 9 0 0 0 0 0 >");
+
+    (0..20).for_each(|_| tell(&mut client));
+    daemon.logged("reference: node 9 tells 0x4210 (temperature of the device too high)");
+    thread::sleep(Duration::from_millis(1100));
+    tell(&mut client);
+
+    daemon.logged("(temperature of the device too high) (19 lines like this left out)");
+    let text = status(&socket, &[]);
+    assert!(has_line(&text, "EMCY received: 21", ""), "{text}");
 }
 
 #[test]

@@ -51,6 +51,21 @@ impl ControlSocket {
         Ok((Self { path: path.to_owned(), identity }, listener))
     }
 
+    /// Listens at the first of `places` where that is possible.
+    ///
+    /// # Errors
+    /// What is wrong with each of them, for a reader.
+    pub fn bind_first(places: &[PathBuf]) -> Result<(Self, UnixListener), String> {
+        let mut tried = Vec::new();
+        for path in places {
+            match Self::bind(path) {
+                Ok(bound) => return Ok(bound),
+                Err(error) => tried.push(format!("{}: {error}", path.display())),
+            }
+        }
+        Err(tried.join(", "))
+    }
+
     /// Where it is.
     #[must_use]
     pub fn path(&self) -> &Path {

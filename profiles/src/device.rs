@@ -8,7 +8,7 @@ use core::time::Duration;
 use axis::{Axis, Load, Period, PlantConfig, Position, ServoConfig, SimulatedServo, Torque, Velocity};
 use od::{Dictionary, Instant, Schema, Slot};
 
-use crate::cia402::{Context, Drive402, Fault, Mode, State, Statusword, View, units};
+use crate::cia402::{Context, Drive402, Fault, Mode, State, Statusword, View, units::Units};
 use crate::slots::{Parameters, Slots};
 use crate::{Binding, Dialect, Motor, Profile, jvl};
 
@@ -55,6 +55,7 @@ pub struct Device {
 /// One axis with its drive and its place in the dictionary.
 struct Unit {
     slots: Slots,
+    units: Units,
     motor: Motor,
     axis: Axis,
     drive: Drive402,
@@ -118,12 +119,12 @@ impl Device {
         }
         for (number, unit) in (0_u32..).zip(&mut self.units) {
             let is_in = |mask: u8| mask >> number & 1 == 1;
-            let mut context = unit_context(&self.dictionary, &unit.motor, &unit.slots, &mut unit.axis);
+            let (drive, mut context) = unit.split(&self.dictionary);
             if is_in(changed) {
-                unit.drive.handle_parameters(&mut context);
+                drive.handle_parameters(&mut context);
             }
             if is_in(commanded) {
-                unit.drive.handle_controlword(&mut context);
+                drive.handle_controlword(&mut context);
             }
             unit.wake(now);
         }
@@ -145,8 +146,8 @@ impl Device {
                 }
                 simulated += period;
                 unit.axis.step();
-                let mut context = unit_context(&self.dictionary, &unit.motor, &unit.slots, &mut unit.axis);
-                unit.drive.step(&mut context);
+                let (drive, mut context) = unit.split(&self.dictionary);
+                drive.step(&mut context);
                 unit.next = (!unit.axis.is_quiet()).then(|| due + period);
                 has_stepped = true;
             }
@@ -174,8 +175,8 @@ impl Device {
         self.events.clear();
         for unit in &mut self.units {
             unit.reset(&self.profile);
-            let mut context = unit_context(&self.dictionary, &unit.motor, &unit.slots, &mut unit.axis);
-            unit.drive.handle_parameters(&mut context);
+            let (drive, mut context) = unit.split(&self.dictionary);
+            drive.handle_parameters(&mut context);
             unit.wake(now);
         }
         self.publish();
@@ -185,8 +186,8 @@ impl Device {
     /// [`Device::is_quiet`].
     pub fn shut_down(&mut self, now: Instant) {
         for unit in &mut self.units {
-            let mut context = unit_context(&self.dictionary, &unit.motor, &unit.slots, &mut unit.axis);
-            unit.drive.shut_down(&mut context);
+            let (drive, mut context) = unit.split(&self.dictionary);
+            drive.shut_down(&mut context);
             unit.wake(now);
         }
         self.publish();
@@ -195,8 +196,8 @@ impl Device {
     /// Lets every axis react to the loss of its master, as its 0x6007 says.
     pub fn connection_lost(&mut self, now: Instant) {
         for unit in &mut self.units {
-            let mut context = unit_context(&self.dictionary, &unit.motor, &unit.slots, &mut unit.axis);
-            unit.drive.connection_lost(&mut context);
+            let (drive, mut context) = unit.split(&self.dictionary);
+            drive.connection_lost(&mut context);
             unit.wake(now);
         }
         self.publish();
@@ -217,7 +218,8 @@ impl Device {
     /// The axes, for display.
     pub fn axes(&self) -> impl Iterator<Item = AxisStatus> {
         self.units.iter().map(|unit| {
-            let parameters = Parameters { dictionary: &self.dictionary, slots: &unit.slots };
+            let parameters =
+                Parameters { dictionary: &self.dictionary, slots: &unit.slots, units: &unit.units };
             AxisStatus {
                 state: unit.drive.state(),
                 mode: unit.drive.mode(),
@@ -242,27 +244,25 @@ impl Device {
     }
 }
 
-fn unit_context<'a>(
-    dictionary: &'a Dictionary,
-    motor: &'a Motor,
-    slots: &'a Slots,
-    axis: &'a mut Axis,
-) -> Context<'a> {
-    Context { parameters: Parameters { dictionary, slots }, axis, motor }
-}
-
 impl Unit {
     fn new(profile: &Profile, motor: &Motor, schema: &Schema, axis: u8, now: Instant) -> Self {
         let period = Period::from_nanos(motor.raster_ns).unwrap_or(Period::MILLISECOND);
         let drive = SimulatedServo::new(period, servo(motor));
         Self {
             slots: Slots::new(schema, &profile.bindings, axis),
+            units: Units::default(),
             motor: motor.clone(),
             axis: Axis::new(period, crate::cia402::limits_of(motor), Box::new(drive)),
             drive: Drive402::new(profile.dialect),
             next: Some(now + Duration::from_nanos(period.nanos())),
             shown_fault: None,
         }
+    }
+
+    /// The drive, and what it works with.
+    fn split<'a>(&'a mut self, dictionary: &'a Dictionary) -> (&'a mut Drive402, Context<'a>) {
+        let parameters = Parameters { dictionary, slots: &self.slots, units: &self.units };
+        (&mut self.drive, Context { parameters, axis: &mut self.axis, motor: &self.motor })
     }
 
     /// Schedules the next step if the axis may do anything.
@@ -282,21 +282,21 @@ impl Unit {
     /// Shows the state of the axis in the dictionary.
     fn publish(&self, dictionary: &mut Dictionary, dialect: Dialect) {
         let status = self.axis.status();
-        let parameters = Parameters { dictionary, slots: &self.slots };
+        let parameters = Parameters { dictionary, slots: &self.slots, units: &self.units };
         let statusword = self.drive.statusword(View { parameters, axis: &self.axis });
-        let position = units::from_position(status.actual.position);
-        let velocity = units::from_velocity(status.actual.velocity);
+        let position = self.units.shown_position(status.actual.position);
+        let velocity = self.units.shown_velocity(status.actual.velocity);
         let mut show = |binding, value| self.slots.show(dictionary, binding, value);
         show(Binding::Statusword, i64::from(statusword.bits()));
         show(Binding::ModesOfOperationDisplay, self.drive.mode() as i64);
         show(Binding::ErrorCode, self.drive.fault().map_or(0, |f| i64::from(f.code)));
-        show(Binding::PositionDemand, units::from_position(status.demand.position));
+        show(Binding::PositionDemand, self.units.shown_position(status.demand.position));
         show(Binding::PositionActual, position);
-        show(Binding::FollowingErrorActual, units::from_position(status.following_error));
-        show(Binding::VelocityDemand, units::from_velocity(status.demand.velocity));
+        show(Binding::FollowingErrorActual, self.units.shown_position(status.following_error));
+        show(Binding::VelocityDemand, self.units.shown_velocity(status.demand.velocity));
         show(Binding::VelocitySensorActual, velocity);
         show(Binding::VelocityActual, velocity);
-        show(Binding::TorqueActual, units::from_torque(status.actual.torque));
+        show(Binding::TorqueActual, self.units.shown_torque(status.actual.torque));
         show(Binding::DigitalInputs, digital_inputs(status.switches));
         if dialect == Dialect::Jvl {
             let motor_status = jvl::motor_status(self.drive.state(), statusword, status);
@@ -305,7 +305,7 @@ impl Unit {
             show(Binding::JvlPIst, position);
             show(
                 Binding::JvlVIst,
-                units::from_velocity(per_sample(status.actual.velocity, self.axis.period())),
+                self.units.shown_velocity(per_sample(status.actual.velocity, self.axis.period())),
             );
         }
     }

@@ -2,6 +2,7 @@
 
 use od::{Dictionary, Schema, Slot};
 
+use crate::cia402::units::Units;
 use crate::{Binding, Bound};
 
 /// The slots behind the bindings of one axis.
@@ -38,6 +39,8 @@ impl Slots {
 pub(crate) struct Parameters<'a> {
     pub(crate) dictionary: &'a Dictionary,
     pub(crate) slots: &'a Slots,
+    /// The units of what they say.
+    pub(crate) units: &'a Units,
 }
 
 impl Parameters<'_> {

@@ -4,7 +4,7 @@ use axis::{Acceleration, Axis, DriveState};
 
 use super::fault::Fault;
 use super::modes::{Active, ModeBits};
-use super::{Command, Controlword, Mode, State, Statusword, Transition, limits, units};
+use super::{Command, Controlword, Mode, State, Statusword, Transition, limits};
 use crate::slots::Parameters;
 use crate::{Binding, Dialect, Motor};
 
@@ -16,20 +16,15 @@ pub(crate) struct Context<'a> {
 }
 
 impl Context<'_> {
-    /// The same to look at.
-    pub(crate) fn view(&self) -> View<'_> {
-        View { parameters: self.parameters, axis: self.axis }
-    }
-
     /// The ramp that ends a motion in its mode.
     pub(crate) fn slow_down_ramp(&self) -> Acceleration {
         let acceleration = self.parameters.or(Binding::ProfileAcceleration, 0);
-        units::to_acceleration(self.parameters.or(Binding::ProfileDeceleration, acceleration))
+        self.parameters.units.acceleration(self.parameters.or(Binding::ProfileDeceleration, acceleration))
     }
 
     /// The ramp of a quick stop.
     pub(crate) fn quick_stop_ramp(&self) -> Acceleration {
-        units::to_acceleration(self.parameters.or(Binding::QuickStopDeceleration, 0))
+        self.parameters.units.acceleration(self.parameters.or(Binding::QuickStopDeceleration, 0))
     }
 }
 
@@ -43,7 +38,7 @@ pub(crate) struct View<'a> {
 impl View<'_> {
     /// Whether the actual velocity counts as zero.
     pub(crate) fn is_standing(&self) -> bool {
-        let window = units::to_velocity(self.parameters.or(Binding::VelocityWindow, 0));
+        let window = self.parameters.units.velocity(self.parameters.or(Binding::VelocityWindow, 0));
         self.axis.status().actual.velocity.abs() <= window
     }
 }

@@ -25,7 +25,7 @@ pub(crate) fn apply(motor: &Motor, parameters: Parameters<'_>, axis: &mut Axis) 
     let of_motor = of_motor(motor);
     let speed =
         parameters.get(Binding::MaxMotorSpeed).map(|rpm| units::from_rpm(rpm, motor.counts_per_revolution));
-    let profile = parameters.get(Binding::MaxProfileVelocity).map(units::to_velocity);
+    let profile = parameters.get(Binding::MaxProfileVelocity).map(|v| parameters.units.velocity(v));
     let velocity =
         [speed, profile].into_iter().flatten().fold(of_motor.velocity.0, |least, v| least.min(v.0));
     let ramp = [Binding::MaxAcceleration, Binding::MaxDeceleration].map(|b| parameters.get(b));
@@ -40,10 +40,10 @@ pub(crate) fn apply(motor: &Motor, parameters: Parameters<'_>, axis: &mut Axis) 
     if *axis.limits() != limits {
         axis.set_limits(limits);
     }
-    axis.set_torque_limit(units::to_torque(parameters.or(Binding::MaxTorque, i64::MAX)));
+    axis.set_torque_limit(parameters.units.torque(parameters.or(Binding::MaxTorque, i64::MAX)));
     // 0xFFFFFFFF switches the supervision off (IEC 61800-7-201, 0x6065).
     let window = parameters.get(Binding::FollowingErrorWindow).filter(|w| *w != i64::from(u32::MAX));
-    axis.set_following_error_limit(window.map(units::to_distance));
+    axis.set_following_error_limit(window.map(|w| parameters.units.distance(w)));
 }
 
 /// 0x607D; equal limits, as both are from factory, are none.

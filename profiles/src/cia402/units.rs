@@ -9,45 +9,51 @@ use axis::{Acceleration, Position, Torque, Velocity};
 /// Places that a 32-bit position can tell apart.
 const TURN: f64 = 4_294_967_296.0;
 
-/// The position as 0x6064 shows it.
-pub(crate) fn from_position(position: Position) -> i64 {
-    i64::from(position.0.round() as i64 as i32)
-}
+/// The units that the objects of one axis choose.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Units {}
 
-/// The place that the 32-bit number `value` means for an axis at `near`.
-pub(crate) fn to_position(value: i64, near: Position) -> Position {
-    let turns = ((near.0 + TURN / 2.0) / TURN).floor();
-    Position(turns * TURN + value as f64)
-}
+impl Units {
+    /// The position as 0x6064 shows it.
+    pub(crate) fn shown_position(&self, position: Position) -> i64 {
+        i64::from(position.0.round() as i64 as i32)
+    }
 
-/// The distance that the 32-bit number `value` means.
-pub(crate) fn to_distance(value: i64) -> Position {
-    Position(value as f64)
-}
+    /// The place that the 32-bit number `value` means for an axis at `near`.
+    pub(crate) fn position(&self, value: i64, near: Position) -> Position {
+        let turns = ((near.0 + TURN / 2.0) / TURN).floor();
+        Position(turns * TURN + value as f64)
+    }
 
-/// The velocity as 0x606C shows it.
-pub(crate) fn from_velocity(velocity: Velocity) -> i64 {
-    saturate(velocity.0)
-}
+    /// The distance that the 32-bit number `value` means.
+    pub(crate) fn distance(&self, value: i64) -> Position {
+        Position(value as f64)
+    }
 
-/// The velocity that 0x60FF or 0x6081 means.
-pub(crate) fn to_velocity(value: i64) -> Velocity {
-    Velocity(value as f64)
-}
+    /// The velocity as 0x606C shows it.
+    pub(crate) fn shown_velocity(&self, velocity: Velocity) -> i64 {
+        saturate(velocity.0)
+    }
 
-/// The acceleration that 0x6083 and its like mean.
-pub(crate) fn to_acceleration(value: i64) -> Acceleration {
-    Acceleration(value as f64)
-}
+    /// The velocity that 0x60FF or 0x6081 means.
+    pub(crate) fn velocity(&self, value: i64) -> Velocity {
+        Velocity(value as f64)
+    }
 
-/// The torque as 0x6077 shows it, in per mille of the rated torque.
-pub(crate) fn from_torque(torque: Torque) -> i64 {
-    saturate(torque.0).clamp(i64::from(i16::MIN), i64::from(i16::MAX))
-}
+    /// The acceleration that 0x6083 and its like mean.
+    pub(crate) fn acceleration(&self, value: i64) -> Acceleration {
+        Acceleration(value as f64)
+    }
 
-/// The torque that 0x6072 means.
-pub(crate) fn to_torque(value: i64) -> Torque {
-    Torque(value as f64)
+    /// The torque as 0x6077 shows it, in per mille of the rated torque.
+    pub(crate) fn shown_torque(&self, torque: Torque) -> i64 {
+        saturate(torque.0).clamp(i64::from(i16::MIN), i64::from(i16::MAX))
+    }
+
+    /// The torque that 0x6072 means.
+    pub(crate) fn torque(&self, value: i64) -> Torque {
+        Torque(value as f64)
+    }
 }
 
 /// The velocity that 0x6080 means: revolutions per minute whatever the factors.
@@ -65,15 +71,21 @@ mod tests {
 
     #[test]
     fn positions_wrap_and_a_target_is_meant_in_the_present_turn() {
-        assert_eq!(from_position(Position(2_147_483_648.0)), i64::from(i32::MIN));
-        assert_eq!(to_position(i64::from(i32::MIN), Position(2_147_483_650.0)), Position(2_147_483_648.0));
-        assert_eq!(to_position(2_000_000_000, Position(-2_000_000_000.0)), Position(2_000_000_000.0));
-        assert_eq!(to_position(-5, Position(7.0)), Position(-5.0));
+        assert_eq!(Units::default().shown_position(Position(2_147_483_648.0)), i64::from(i32::MIN));
+        assert_eq!(
+            Units::default().position(i64::from(i32::MIN), Position(2_147_483_650.0)),
+            Position(2_147_483_648.0)
+        );
+        assert_eq!(
+            Units::default().position(2_000_000_000, Position(-2_000_000_000.0)),
+            Position(2_000_000_000.0)
+        );
+        assert_eq!(Units::default().position(-5, Position(7.0)), Position(-5.0));
     }
 
     #[test]
     fn velocities_saturate_and_round_halves_away_from_zero() {
-        assert_eq!(from_velocity(Velocity(1e12)), i64::from(i32::MAX));
-        assert_eq!(from_velocity(Velocity(-2.5)), -3);
+        assert_eq!(Units::default().shown_velocity(Velocity(1e12)), i64::from(i32::MAX));
+        assert_eq!(Units::default().shown_velocity(Velocity(-2.5)), -3);
     }
 }

@@ -5,7 +5,7 @@ use axis::{Axis, Position, Profile};
 use super::ModeBits;
 use crate::Binding;
 use crate::cia402::window::Window;
-use crate::cia402::{Context, Controlword, View, units};
+use crate::cia402::{Context, Controlword, View};
 use crate::slots::Parameters;
 
 /// A set-point that was taken over.
@@ -73,7 +73,7 @@ impl ProfilePosition {
         let distance = (status.actual.position - target).abs();
         // 0xFFFFFFFF switches the window off (IEC 61800-7-201, 0x6067).
         let width = parameters.get(Binding::PositionWindow).filter(|w| *w != i64::from(u32::MAX));
-        let is_near = width.is_none_or(|width| distance <= units::to_distance(width));
+        let is_near = width.is_none_or(|width| distance <= parameters.units.distance(width));
         self.window.step(status.done && is_near);
     }
 
@@ -104,9 +104,9 @@ impl ProfilePosition {
         let demand = axis.status().demand.position;
         if word.contains(Controlword::RELATIVE) {
             let last = self.waiting.or(self.active).map_or(demand, |m| m.target);
-            last + units::to_distance(value)
+            last + parameters.units.distance(value)
         } else {
-            units::to_position(value, demand)
+            parameters.units.position(value, demand)
         }
     }
 
@@ -125,9 +125,11 @@ impl ProfilePosition {
 fn profile(parameters: Parameters<'_>) -> Profile {
     let acceleration = parameters.or(Binding::ProfileAcceleration, 0);
     Profile {
-        velocity: units::to_velocity(parameters.or(Binding::ProfileVelocity, 0)),
-        acceleration: units::to_acceleration(acceleration),
-        deceleration: units::to_acceleration(parameters.or(Binding::ProfileDeceleration, acceleration)),
+        velocity: parameters.units.velocity(parameters.or(Binding::ProfileVelocity, 0)),
+        acceleration: parameters.units.acceleration(acceleration),
+        deceleration: parameters
+            .units
+            .acceleration(parameters.or(Binding::ProfileDeceleration, acceleration)),
         jerk: None,
     }
 }

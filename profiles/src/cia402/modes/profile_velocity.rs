@@ -5,7 +5,7 @@ use axis::{Profile, Velocity};
 use super::ModeBits;
 use crate::Binding;
 use crate::cia402::window::Window;
-use crate::cia402::{Context, Controlword, View, units};
+use crate::cia402::{Context, Controlword, View};
 
 /// What the axis was last told to run at, and whether it does.
 #[derive(Debug, Default)]
@@ -45,7 +45,7 @@ impl ProfileVelocity {
     pub(super) fn step(&mut self, _: Controlword, context: &mut Context<'_>) {
         let status = context.axis.status();
         let target = self.commanded.map_or(Velocity(0.0), |(target, _)| target);
-        let width = units::to_velocity(context.parameters.or(Binding::VelocityWindow, 0));
+        let width = context.parameters.units.velocity(context.parameters.or(Binding::VelocityWindow, 0));
         let is_near = (status.actual.velocity - target).abs() <= width;
         self.window.step(status.done && is_near);
     }
@@ -63,12 +63,14 @@ impl ProfileVelocity {
     /// Commands the axis if target or ramps have changed.
     fn command(&mut self, context: &mut Context<'_>) {
         let Context { parameters, axis, .. } = context;
-        let target = units::to_velocity(parameters.or(Binding::TargetVelocity, 0));
+        let target = parameters.units.velocity(parameters.or(Binding::TargetVelocity, 0));
         let acceleration = parameters.or(Binding::ProfileAcceleration, 0);
         let profile = Profile {
             velocity: axis.limits().velocity,
-            acceleration: units::to_acceleration(acceleration),
-            deceleration: units::to_acceleration(parameters.or(Binding::ProfileDeceleration, acceleration)),
+            acceleration: parameters.units.acceleration(acceleration),
+            deceleration: parameters
+                .units
+                .acceleration(parameters.or(Binding::ProfileDeceleration, acceleration)),
             jerk: None,
         };
         if self.commanded != Some((target, profile)) {

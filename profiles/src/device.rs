@@ -56,6 +56,7 @@ pub struct Device {
 struct Unit {
     slots: Slots,
     units: Units,
+    dialect: Dialect,
     motor: Motor,
     axis: Axis,
     drive: Drive402,
@@ -251,6 +252,7 @@ impl Unit {
         Self {
             slots: Slots::new(schema, &profile.bindings, axis),
             units: Units::default(),
+            dialect: profile.dialect,
             motor: motor.clone(),
             axis: Axis::new(period, crate::cia402::limits_of(motor), Box::new(drive)),
             drive: Drive402::new(profile.dialect),
@@ -262,7 +264,10 @@ impl Unit {
     /// The drive, and what it works with.
     fn split<'a>(&'a mut self, dictionary: &'a Dictionary) -> (&'a mut Drive402, Context<'a>) {
         let parameters = Parameters { dictionary, slots: &self.slots, units: &self.units };
-        (&mut self.drive, Context { parameters, axis: &mut self.axis, motor: &self.motor })
+        (
+            &mut self.drive,
+            Context { parameters, axis: &mut self.axis, motor: &self.motor, dialect: self.dialect },
+        )
     }
 
     /// Schedules the next step if the axis may do anything.

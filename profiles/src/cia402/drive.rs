@@ -13,6 +13,8 @@ pub(crate) struct Context<'a> {
     pub(crate) parameters: Parameters<'a>,
     pub(crate) axis: &'a mut Axis,
     pub(crate) motor: &'a Motor,
+    /// Whose drive it is, where vendors differ.
+    pub(crate) dialect: Dialect,
 }
 
 impl Context<'_> {

@@ -3,8 +3,8 @@
 use core::num::NonZeroU32;
 
 use axis::{
-    Acceleration, Creep, Generator, Goal, Limits, Period, Position, PositionRange, Profile, Stepping,
-    Velocity,
+    Acceleration, Creep, Generator, Goal, Jerk, Limits, Period, Position, PositionRange, Profile, SetPoint,
+    Stepping, Velocity,
 };
 use proptest::prelude::*;
 
@@ -66,6 +66,20 @@ impl Setup {
         Ok(())
     }
 
+    /// Whether a goal is reached with limited jerk.
+    fn is_smooth(&self, goal: &Goal, profile: &Profile) -> bool {
+        self.stepping.is_none() && !is_tracking(goal) && self.limits.clamp(*profile).jerk.is_some()
+    }
+
+    /// The acceleration changes by no more than a jerk allows; its rounding is that of the velocity.
+    fn check_jerk(&self, before: &SetPoint, after: &SetPoint, jerk: f64) -> Result<(), TestCaseError> {
+        let time = self.period.seconds();
+        let change = (after.acceleration - before.acceleration).0.abs();
+        let rounding = 1e-9 * (before.velocity.0.abs() + after.velocity.0.abs() + 1.0) / time;
+        prop_assert!(change <= jerk * time * (1.0 + NEARLY) + rounding, "{before:?} {after:?} {jerk}");
+        Ok(())
+    }
+
     fn jumps(&self, before: f64, after: f64) -> bool {
         let highest = self.start_stop() * (1.0 + NEARLY);
         before.abs() <= highest && after.abs() <= highest && before * after >= 0.0
@@ -85,13 +99,18 @@ fn steppings() -> impl Strategy<Value = Stepping> {
         .prop_map(|(start_stop, creep)| Stepping { start_stop: Velocity(start_stop), creep })
 }
 
+fn jerks() -> impl Strategy<Value = Jerk> {
+    decades(1e4, 5).prop_map(Jerk)
+}
+
 fn limits() -> impl Strategy<Value = Limits> {
     let ranges = (-1500.0..0.0_f64, 0.0..1500.0_f64)
         .prop_map(|(min, max)| PositionRange::new(Position(min.round()), Position(max)).unwrap());
-    (decades(100.0, 3), decades(1e4, 3), prop::option::of(ranges)).prop_map(
-        |(velocity, acceleration, position)| Limits {
+    (decades(100.0, 3), decades(1e4, 3), prop::option::of(jerks()), prop::option::of(ranges)).prop_map(
+        |(velocity, acceleration, jerk, position)| Limits {
             velocity: Velocity(velocity),
             acceleration: Acceleration(acceleration),
+            jerk,
             position,
             ..Limits::default()
         },
@@ -120,12 +139,14 @@ fn goals() -> impl Strategy<Value = Goal> {
 }
 
 fn profiles() -> impl Strategy<Value = Profile> {
-    (decades(10.0, 4), decades(1e3, 4), decades(1e3, 4)).prop_map(|(velocity, up, down)| Profile {
-        velocity: Velocity(velocity),
-        acceleration: Acceleration(up),
-        deceleration: Acceleration(down),
-        jerk: None,
-    })
+    (decades(10.0, 4), decades(1e3, 4), decades(1e3, 4), prop::option::of(jerks())).prop_map(
+        |(velocity, up, down, jerk)| Profile {
+            velocity: Velocity(velocity),
+            acceleration: Acceleration(up),
+            deceleration: Acceleration(down),
+            jerk,
+        },
+    )
 }
 
 /// Commands, each with the number of steps that follow it; often just one.
@@ -157,7 +178,7 @@ proptest! {
                 prop_assert!(now.position.0 <= range.max().0 + HAIR, "{goal:?}: {before:?} {now:?}");
                 prop_assert!(now.position.0 >= range.min().0 - HAIR, "{goal:?}: {before:?} {now:?}");
                 setup.check_axis(before.velocity.0, now.velocity.0)?;
-                if setup.cycle == 1 && !is_tracking(&goal) {
+                if setup.cycle == 1 && !is_tracking(&goal) && !setup.is_smooth(&goal, &profile) {
                     setup.check_profile(before.velocity.0, now.velocity.0, &profile)?;
                 }
             }
@@ -185,5 +206,49 @@ proptest! {
         (0..setup.cycle).for_each(|_| generator.step());
         prop_assert_eq!(generator.set_point().position, target);
         prop_assert_eq!(generator.set_point().velocity, Velocity(0.0));
+    }
+
+    #[test]
+    fn from_standstill_on_the_jerk_is_the_one_of_the_axis_at_most(
+        setup in setups(),
+        most in jerks(),
+        scenario in scenarios(),
+    ) {
+        let setup = Setup { limits: Limits { jerk: Some(most), ..setup.limits }, stepping: None, ..setup };
+        let mut generator = setup.generator();
+        let mut is_smooth = true;
+        for (goal, profile, steps) in scenario {
+            generator.command(goal, profile);
+            let stands = generator.set_point().velocity.0 == 0.0 && generator.set_point().acceleration.0 == 0.0;
+            is_smooth = (is_smooth || stands) && !is_tracking(&goal);
+            for _ in 0..steps {
+                let before = *generator.set_point();
+                generator.step();
+                if is_smooth {
+                    setup.check_jerk(&before, generator.set_point(), most.0)?;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_position_limits_the_jerk_is_the_one_of_the_profile(
+        setup in setups(),
+        profile in profiles(),
+        jerk in jerks(),
+        scenario in scenarios(),
+    ) {
+        let limits = Limits { position: None, jerk: None, ..setup.limits };
+        let setup = Setup { limits, stepping: None, ..setup };
+        let profile = Profile { jerk: Some(jerk), ..profile };
+        let mut generator = setup.generator();
+        for (goal, _, steps) in scenario.into_iter().filter(|(goal, ..)| !is_tracking(goal)) {
+            generator.command(goal, profile);
+            for _ in 0..steps {
+                let before = *generator.set_point();
+                generator.step();
+                setup.check_jerk(&before, generator.set_point(), jerk.0)?;
+            }
+        }
     }
 }

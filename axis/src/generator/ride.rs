@@ -7,7 +7,7 @@ use super::scurve::{Bounds, Curve, Fence, State};
 use super::start::Step;
 use crate::limits::Limits;
 use crate::profile::{Profile, SetPoint};
-use crate::units::{Acceleration, Jerk, Position, Velocity};
+use crate::units::{Acceleration, Jerk, Position, Velocity, cut};
 
 /// The jerk of an axis that has no maximum: the acceleration changes within a step.
 const ABRUPT: f64 = 1e18;
@@ -45,7 +45,7 @@ impl Ride {
         let from = match before {
             Some(ride) if ride.plan == plan && ride.steps < u32::MAX => return ride,
             Some(ride) => ride.now,
-            None => state(now),
+            None => state(now, limits),
         };
         Self { plan, curve: plan.curve(&from), steps: 0, now: from }
     }
@@ -75,11 +75,17 @@ impl Ride {
 
 /// Whether the axis can stop within its position limits as fast as it can, jerk included.
 pub(super) fn can_stop(now: &SetPoint, profile: &Profile, limits: &Limits) -> bool {
-    fence(profile, limits).holds(&state(now))
+    fence(profile, limits).holds(&state(now, limits))
 }
 
-fn state(now: &SetPoint) -> State {
-    State { position: now.position.0, velocity: now.velocity.0, acceleration: now.acceleration.0 }
+/// The state after a motion that no jerk bounded: with as much of its acceleration as can be taken back before the
+/// highest speed.
+fn state(now: &SetPoint, limits: &Limits) -> State {
+    let SetPoint { position, velocity, acceleration: Acceleration(acceleration) } = *now;
+    let room = limits.velocity.0 - if acceleration < 0.0 { -velocity.0 } else { velocity.0 };
+    let jerk = limits.jerk.map_or(ABRUPT, |jerk| jerk.0);
+    let most = (2.0 * jerk * room.max(0.0)).sqrt().min(limits.acceleration.0);
+    State { position: position.0, velocity: velocity.0, acceleration: cut(acceleration, most) }
 }
 
 fn fence(profile: &Profile, limits: &Limits) -> Fence {

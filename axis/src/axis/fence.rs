@@ -89,12 +89,14 @@ impl Fence {
         (direction > 0.0 && self.positive.is_some()) || (direction < 0.0 && self.negative.is_some())
     }
 
-    /// `range` without what is closed.
+    /// `range` without what is closed. Where nothing of it is left, the axis stays at the closed side.
     pub(super) fn cut(&self, range: PositionRange) -> PositionRange {
         let end = |side: &Option<Barrier>| side.as_ref().and_then(|barrier| barrier.end);
-        let max = end(&self.positive).map_or(range.max(), |end| Position(end.0.min(range.max().0)));
-        let min = end(&self.negative).map_or(range.min(), |end| Position(end.0.max(range.min().0)));
-        PositionRange::new(Position(min.0.min(max.0)), max).unwrap_or(range)
+        let (lowest, highest) = (end(&self.negative), end(&self.positive));
+        let max = highest.map_or(range.max().0, |end| end.0.min(range.max().0));
+        let min = lowest.map_or(range.min().0, |end| end.0.max(range.min().0));
+        let (min, max) = if highest.is_some() { (min.min(max), max) } else { (min, max.max(min)) };
+        PositionRange::new(Position(min), Position(max)).unwrap_or(range)
     }
 
     /// Moves the coordinates.
@@ -120,7 +122,7 @@ fn update(
             return Some(Change::Closed(side));
         }
         Some(known) if !is_actuated => {
-            let is_back = side.of((known.seen - actual).0) > 0.0;
+            let is_back = side.of((known.seen - actual).0) >= 0.0;
             if is_back || behind == BehindLimit::Open {
                 *barrier = None;
                 return Some(Change::Opened);
@@ -171,6 +173,20 @@ mod tests {
         let mut fence = closed_at(100.0, 120.0);
         assert!(opens(&mut fence, 99.0, BehindLimit::Closed));
         assert!(!fence.blocks(1.0));
+    }
+
+    #[test]
+    fn a_switch_that_lets_go_where_it_was_met_was_no_end_of_travel() {
+        assert!(opens(&mut closed_at(100.0, 120.0), 100.0, BehindLimit::Closed));
+    }
+
+    #[test]
+    fn a_position_limit_behind_a_closed_side_does_not_lead_through_it() {
+        let fence = closed_at(100.0, 120.0);
+        let beyond = |min: f64, max: f64| PositionRange::new(Position(min), Position(max)).unwrap();
+        assert_eq!(fence.cut(beyond(200.0, 300.0)), beyond(120.0, 120.0));
+        let mirrored = Fence { positive: None, negative: fence.positive };
+        assert_eq!(mirrored.cut(beyond(-300.0, -200.0)), beyond(120.0, 120.0));
     }
 
     #[test]

@@ -138,12 +138,14 @@ proptest! {
         script in scripts(generated()),
         (min, width) in (-20_000.0..0.0_f64, 0.0..40_000.0_f64),
         (fastest, hardest) in (1e4..4e5_f64, 1e5..8e6_f64),
+        jerk in prop::option::of((1e6..1e10_f64).prop_map(Jerk)),
     ) {
         let max = (min + width).max(0.0);
         let mut axis = enabled_on(machine());
         axis.set_limits(Limits {
             velocity: Velocity(fastest),
             acceleration: Acceleration(hardest),
+            jerk,
             position: range(min, max),
             ..Limits::default()
         });

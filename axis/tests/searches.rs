@@ -149,6 +149,27 @@ fn a_mechanical_stop_is_found_by_its_torque() {
 }
 
 #[test]
+fn a_search_for_a_torque_brakes_with_all_torque_to_its_velocity() {
+    let mut axis = at(0.0);
+    axis.order(Order::RunAt(Velocity(100_000.0), PROFILE));
+    run(&mut axis, 100);
+    let mark = Mark::Torque { limit: Torque(100.0), steps: steps(3) };
+    axis.order(seek(mark, 5_000.0, Finish::Abrupt));
+    let mut hardest = Torque(0.0);
+    let mut is_slow = false;
+    while !is_slow {
+        let status = run(&mut axis, 1);
+        hardest = if status.actual.torque < hardest { status.actual.torque } else { hardest };
+        assert_eq!(status.seek, SeekState::Searching, "braking is not the stop looked for");
+        assert!(status.following_error.abs() < Position(20.0), "{status:?}");
+        is_slow = status.demand.velocity == Velocity(5_000.0);
+    }
+    assert!(hardest < Torque(-200.0), "{hardest:?}");
+    let found = run_until(&mut axis, |status| status.seek == SeekState::Found);
+    assert!((found.actual.position.0 - 60_000.0).abs() < 100.0, "{found:?}");
+}
+
+#[test]
 fn a_new_order_gives_up_a_search() {
     let mut axis = at(0.0);
     axis.order(seek(HOME, 30_000.0, Finish::Return));

@@ -61,8 +61,8 @@ impl Axis {
                 Demand::Position(SetPoint { position: demand.position - self.offset, ..demand })
             }
         };
-        if let Task::Seek(seeking) = &self.task {
-            torque_limit = seeking.pushes().map_or(torque_limit, |limit| torque_limit.min(limit.0));
+        if let Some(limit) = self.pushes() {
+            torque_limit = torque_limit.min(limit.0);
         }
         Command {
             enable: self.power.is_on(),
@@ -71,6 +71,16 @@ impl Axis {
             torque_limit: Torque(torque_limit),
             velocity_limit: self.limits.velocity,
             reset_fault: self.reset,
+        }
+    }
+
+    /// The torque of a search that pushes against something. A search that begins on the move brakes to its velocity
+    /// with all that the axis has; what that takes is not yet the torque looked for.
+    fn pushes(&self) -> Option<Torque> {
+        let Task::Seek(seeking) = &self.task else { return None };
+        match Motion::of(&self.demand()) {
+            Motion::Decelerating => None,
+            Motion::Off | Motion::Standstill | Motion::Accelerating | Motion::Constant => seeking.pushes(),
         }
     }
 
@@ -217,7 +227,9 @@ impl Axis {
             }
             return;
         }
-        if let Some(mark) = seeking.look(&self.sample) {
+        let is_braking = seeking.pushes().is_some() && self.pushes().is_none();
+        let torque = if is_braking { Torque(0.0) } else { self.sample.torque };
+        if let Some(mark) = seeking.look(&Sample { torque, ..self.sample }) {
             self.status.seek = SeekState::Found;
             self.status.mark = Some(self.travel.wrap(mark));
             self.finish(&seeking, mark);

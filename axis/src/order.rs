@@ -73,8 +73,8 @@ pub enum Base {
 /// The primitive of homing: run until a mark is found, then come to rest. [`Status::mark`](crate::Status::mark) tells
 /// where it was.
 ///
-/// The limit switch that is looked for does not stop the axis; the other one, or a position limit, ends the search
-/// in failure.
+/// The limit switch that is looked for does not end the search in failure, as the other one and a position limit do;
+/// beyond it the axis brakes with the emergency deceleration at least, as at every limit switch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seek {
     /// What to look for.

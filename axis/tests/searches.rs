@@ -3,7 +3,8 @@
 mod bench;
 
 use axis::{
-    Axis, DriveState, Finish, Limits, Mark, Order, PlantConfig, Position, SeekState, Switch, Torque, Velocity,
+    Acceleration, Axis, DriveState, Finish, Guard, Limits, Mark, Order, PlantConfig, Position, Seek,
+    SeekState, Switch, Torque, Velocity,
 };
 use bench::{PROFILE, complete, enabled_on, range, run, run_until, seek, steps};
 
@@ -91,6 +92,7 @@ fn a_switch_that_is_in_the_state_looked_for_is_found_where_the_axis_stands() {
 #[test]
 fn the_limit_switch_looked_for_is_no_limit_and_then_one_again() {
     let mut axis = at(40_000.0);
+    axis.set_guard(Guard { emergency_deceleration: Acceleration(1e6), ..Guard::default() });
     let mark = Mark::Switch { switch: Switch::PositiveLimit, actuated: true };
     let status = complete(&mut axis, seek(mark, 30_000.0, Finish::Ramp));
     assert_eq!((status.seek, status.limited), (SeekState::Found, false));
@@ -150,10 +152,10 @@ fn a_mechanical_stop_is_found_by_its_torque() {
 
 #[test]
 fn a_search_for_a_torque_brakes_with_all_torque_to_its_velocity() {
-    let mut axis = at(0.0);
+    let mut axis = enabled_on(PlantConfig { stops: range(-60_000.0, 60_000.0), ..PlantConfig::default() });
     axis.order(Order::RunAt(Velocity(100_000.0), PROFILE));
     run(&mut axis, 100);
-    let mark = Mark::Torque { limit: Torque(100.0), steps: steps(3) };
+    let mark = Mark::Torque { limit: Torque(40.0), steps: steps(3) };
     axis.order(seek(mark, 5_000.0, Finish::Abrupt));
     let mut hardest = Torque(0.0);
     let mut is_slow = false;
@@ -164,9 +166,24 @@ fn a_search_for_a_torque_brakes_with_all_torque_to_its_velocity() {
         assert!(status.following_error.abs() < Position(20.0), "{status:?}");
         is_slow = status.demand.velocity == Velocity(5_000.0);
     }
-    assert!(hardest < Torque(-200.0), "{hardest:?}");
+    assert!(hardest < Torque(-45.0), "{hardest:?}");
     let found = run_until(&mut axis, |status| status.seek == SeekState::Found);
     assert!((found.actual.position.0 - 60_000.0).abs() < 100.0, "{found:?}");
+}
+
+#[test]
+fn a_limit_switch_looked_for_is_braked_at_as_hard_as_any() {
+    for (actuated, outcome) in [(true, SeekState::Found), (false, SeekState::Failed)] {
+        let mut axis = at(0.0);
+        axis.order(Order::RunAt(Velocity(100_000.0), PROFILE));
+        run(&mut axis, 100);
+        let mark = Mark::Switch { switch: Switch::PositiveLimit, actuated };
+        let Order::Seek(search) = seek(mark, 100_000.0, Finish::Return) else { continue };
+        axis.order(Order::Seek(Seek { deceleration: Acceleration(10_000.0), ..search }));
+        let farthest = (0..3000).fold(0.0_f64, |most, _| most.max(run(&mut axis, 1).actual.position.0));
+        assert!(farthest < 52_000.0, "{farthest}");
+        assert_eq!(axis.status().seek, outcome);
+    }
 }
 
 #[test]

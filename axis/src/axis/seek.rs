@@ -48,14 +48,18 @@ impl Seeking {
         }
     }
 
-    /// Whether this side's limit switch is the mark.
+    /// Whether this side's limit switch, actuated, is the mark.
     pub(super) fn is_after(&self, side: Side) -> bool {
-        let Mark::Switch { switch, .. } = self.seek.mark else { return false };
-        switch
-            == match side {
-                Side::Positive => Switch::PositiveLimit,
-                Side::Negative => Switch::NegativeLimit,
-            }
+        let switch = match side {
+            Side::Positive => Switch::PositiveLimit,
+            Side::Negative => Switch::NegativeLimit,
+        };
+        self.seek.mark == Mark::Switch { switch, actuated: true }
+    }
+
+    /// Whether the mark is an end of travel.
+    pub(super) fn is_after_limit(&self) -> bool {
+        self.is_after(Side::Positive) || self.is_after(Side::Negative)
     }
 
     /// Whether the axis pushes against something: then it cannot follow its demand.

@@ -7,7 +7,7 @@ use crate::drive::{Command, Demand, DriveState, Feedback};
 use crate::generator::Goal;
 use crate::inputs::Latches;
 use crate::order::{Finish, SeekState};
-use crate::profile::SetPoint;
+use crate::profile::{Profile, SetPoint};
 use crate::status::{Actual, Fault, Motion};
 use crate::units::{Acceleration, Position, Torque};
 
@@ -243,16 +243,27 @@ impl Axis {
     }
 
     fn finish(&mut self, seeking: &Seeking, mark: Position) {
+        let mut profile = seeking.profile();
+        if seeking.is_after_limit() {
+            profile.deceleration = self.harder(profile.deceleration, self.guard.emergency_deceleration);
+        }
         match seeking.finish() {
-            Finish::Ramp => self.ramp_down(seeking.seek.deceleration),
+            Finish::Ramp => self.ramp_down(profile.deceleration),
             Finish::Abrupt => {
                 if seeking.pushes().is_some() {
                     self.place_at_actual();
                 }
                 self.ramp_down(Acceleration(0.0));
             }
-            Finish::Return => self.generator.command(Goal::MoveTo(mark), seeking.profile()),
+            Finish::Return => self.generator.command(Goal::MoveTo(mark), profile),
         }
+    }
+
+    /// The harder of two ramps, of which zero is the axis maximum.
+    fn harder(&self, one: Acceleration, other: Acceleration) -> Acceleration {
+        let rate =
+            |ramp| self.limits.clamp(Profile { deceleration: ramp, ..Profile::default() }).deceleration;
+        if rate(one) > rate(other) { one } else { other }
     }
 
     /// Keeps an axis without a demand position inside the position limits: it brakes where a stop with the

@@ -174,7 +174,9 @@ impl Generator {
     /// Moves the coordinate system: the present place and the target get `by` added.
     pub fn shift(&mut self, by: Position) {
         self.now.position = self.now.position + by;
-        self.ride = self.ride.take().map(|ride| ride.shifted(by));
+        if let Some(ride) = &mut self.ride {
+            ride.shift(by);
+        }
         if let Some(stretch) = &mut self.stretch {
             stretch.shift(by);
         }
@@ -273,10 +275,9 @@ impl Generator {
 
     /// One raster step of a curve of limited jerk.
     fn ride(&mut self, course: Course, profile: &Profile) -> Step {
-        let mut ride = Ride::plan(self.ride.take(), &self.now, course, profile, &self.limits);
-        let step = ride.step(self.period);
-        self.ride = Some(ride);
-        step
+        let ride = self.ride.get_or_insert_with(|| Ride::new(&self.now, &self.limits));
+        ride.follow(course, profile, &self.limits);
+        ride.step(self.period)
     }
 
     /// Whether the axis can stop within the position limits in the shape of a profile and cycles of `steps`.

@@ -47,6 +47,11 @@ impl Brake {
         full_steps * rate + rest.min(drop)
     }
 
+    /// The same, at most `top`.
+    pub(super) fn highest_below(self, top: f64, way: f64) -> f64 {
+        if self.has_plenty(top, way) { top } else { self.highest(way).min(top) }
+    }
+
     /// The speed `wanted` after `speed`, above zero, cut so that a stop within `way` stays possible. When it is
     /// too late for this brake, it brakes by as much as it takes and is at most `most`.
     pub(super) fn cut(self, wanted: f64, speed: f64, way: f64, most: f64) -> f64 {

@@ -23,7 +23,8 @@ struct Plan {
 /// A curve under way.
 #[derive(Clone, Debug)]
 pub(super) struct Ride {
-    plan: Plan,
+    /// What the curve is for; none while it is to be planned anew.
+    plan: Option<Plan>,
     curve: Curve,
     /// Raster steps since it was planned.
     steps: u32,
@@ -31,29 +32,27 @@ pub(super) struct Ride {
 }
 
 impl Ride {
-    /// Plans `course` from the set-point `now`, going on with the acceleration of the ride `before`.
-    ///
-    /// A ride for just this course, profile and limits goes on.
-    pub(super) fn plan(
-        before: Option<Self>,
-        now: &SetPoint,
-        course: Course,
-        profile: &Profile,
-        limits: &Limits,
-    ) -> Self {
-        let plan = Plan { course, profile: *profile, limits: *limits };
-        let from = match before {
-            Some(ride) if ride.plan == plan && ride.steps < u32::MAX => return ride,
-            Some(ride) => ride.now,
-            None => state(now, limits),
-        };
-        Self { plan, curve: plan.curve(&from), steps: 0, now: from }
+    /// A ride that begins at the set-point `now`.
+    pub(super) fn new(now: &SetPoint, limits: &Limits) -> Self {
+        let now = state(now, limits);
+        Self { plan: None, curve: Curve::new(&now), steps: 0, now }
     }
 
-    /// The same in coordinates that are `by` higher; it is planned anew there.
-    pub(super) fn shifted(self, by: Position) -> Self {
-        let now = State { position: self.now.position + by.0, ..self.now };
-        Self { steps: u32::MAX, now, ..self }
+    /// Follows `course`. A ride for just this course, profile and limits goes on; any other is planned from its
+    /// present state.
+    pub(super) fn follow(&mut self, course: Course, profile: &Profile, limits: &Limits) {
+        let plan = Plan { course, profile: *profile, limits: *limits };
+        if self.plan != Some(plan) || self.steps == u32::MAX {
+            self.curve = plan.curve(&self.now);
+            self.plan = Some(plan);
+            self.steps = 0;
+        }
+    }
+
+    /// Moves the coordinate system.
+    pub(super) fn shift(&mut self, by: Position) {
+        self.now.position += by.0;
+        self.plan = None;
     }
 
     /// The next raster step of `seconds`.
@@ -68,7 +67,7 @@ impl Ride {
             acceleration: Acceleration((now.velocity - before.velocity) / seconds),
         };
         let is_over = time >= self.curve.duration();
-        let (is_done, is_cut) = self.plan.judge(&before, now, is_over);
+        let (is_done, is_cut) = self.plan.map_or((is_over, false), |plan| plan.judge(&before, now, is_over));
         Step { set_point, is_straight: false, is_done, is_cut }
     }
 }

@@ -146,7 +146,7 @@ impl Curve {
     }
 
     /// A curve without any piece.
-    fn new(from: &State) -> Self {
+    pub(crate) fn new(from: &State) -> Self {
         Self {
             pieces: [Piece::default(); Self::CAPACITY],
             count: 0,

@@ -51,8 +51,9 @@ fn wish(start: &Start<'_>, profile: &Profile, ramps: &Ramps, course: Course) -> 
             let end = start.range.nearest(target);
             let way = start.way_to(end);
             let direction = sign(if way == 0.0 { velocity } else { way });
-            let stoppable = Brake::new(ramps.down, 0.0).highest((way - lead(start)) * direction);
-            Wish { direction, speed: stoppable.min(profile.velocity.0), end: Some(end.0) }
+            let ahead = (way - lead(start)) * direction;
+            let speed = Brake::new(ramps.down, 0.0).highest_below(profile.velocity.0, ahead);
+            Wish { direction, speed, end: Some(end.0) }
         }
         Course::RunAt(wanted) => {
             let speed = wanted.0.abs().min(profile.velocity.0);

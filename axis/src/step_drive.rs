@@ -9,7 +9,7 @@ use crate::measurement::{Measurement, Scale, Sensor, SensorConfig};
 use crate::plant::{Plant, PlantConfig, Stepper, StepperConfig};
 use crate::power_stage::PowerStage;
 use crate::pulses::Pulses;
-use crate::units::{Period, Position, Torque, Velocity, cut};
+use crate::units::{Period, Position, Torque, Velocity, cut, rounded};
 
 /// Longest step of the simulation, in ns.
 const INNER_NANOS: u64 = 250_000;
@@ -139,7 +139,7 @@ impl StepDrive {
         for inner in 1..=self.inner_steps {
             let place = from.0 + (to - from).0 * f64::from(inner) * share;
             self.torque = if self.stage.is_on() {
-                Torque(cut(self.motor.torque((place + 0.5).floor(), &self.plant).0, limit.0))
+                Torque(cut(self.motor.torque(rounded(place), &self.plant).0, limit.0))
             } else {
                 Torque(0.0)
             };

@@ -40,6 +40,9 @@ impl Scale {
 
 /// `place * factor / divisor`, the divisor not being zero.
 fn scaled(place: i64, factor: u64, divisor: u64) -> i64 {
+    if factor == divisor {
+        return place;
+    }
     let (factor, divisor) = (i128::from(factor), i128::from(divisor));
     let nearest = (2 * i128::from(place) * factor + divisor).div_euclid(2 * divisor);
     let saturated = if place < 0 { i64::MIN } else { i64::MAX };

@@ -1,7 +1,7 @@
 //! A stepper motor: its rotor is pulled to where the steps have been counted to.
 
 use super::{Plant, within};
-use crate::units::{Position, Torque};
+use crate::units::{Position, Torque, rounded};
 
 /// What a stepper motor is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,7 +79,7 @@ impl Stepper {
 
 /// The sine of a triangle: period 1, from 0 up to 1 at a quarter, down to -1 at three quarters.
 fn triangle(phase: f64) -> f64 {
-    let phase = phase - (phase + 0.5).floor();
+    let phase = phase - rounded(phase);
     let rising = 4.0 * phase;
     rising.min(2.0 - rising).max(-2.0 - rising)
 }

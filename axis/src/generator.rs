@@ -287,7 +287,7 @@ impl Generator {
         let velocity = start.velocity();
         let end = if velocity < 0.0 { start.range.min() } else { start.range.max() };
         let way = (start.way_to(end) - lead) * sign(velocity);
-        Brake::new(start.most(), pulses::start_stop(self.stepping)).can_stop(velocity.abs(), way)
+        Brake::new(start.most_down(), pulses::start_stop(self.stepping)).can_stop(velocity.abs(), way)
     }
 
     fn take(&mut self, step: &Step, cycle: NonZeroU32, is_beyond: bool) {

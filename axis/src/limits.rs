@@ -8,8 +8,10 @@ use crate::units::{Acceleration, Jerk, Position, Torque, Velocity, magnitude};
 pub struct Limits {
     /// Highest speed, 0 to 10^12 counts/s.
     pub velocity: Velocity,
-    /// Highest acceleration and deceleration, 10^-3 to 10^15 counts/s².
+    /// Highest acceleration, 10^-3 to 10^15 counts/s².
     pub acceleration: Acceleration,
+    /// Highest deceleration, 10^-3 to 10^15 counts/s²; `None` is the same as the acceleration.
+    pub deceleration: Option<Acceleration>,
     /// Highest jerk of a profile, 10^-3 to 10^18 counts/s³; `None` is no limit.
     pub jerk: Option<Jerk>,
     /// Highest torque, 0 to 10^6 per mille of rated torque.
@@ -29,10 +31,13 @@ impl Limits {
     /// The limits with every value pulled into its range; what is not a number becomes the smallest value.
     #[must_use]
     pub fn sanitised(self) -> Self {
-        let acceleration = magnitude(self.acceleration.0, Self::MAX_ACCELERATION).max(Self::MIN_ACCELERATION);
+        let rate = |rate: Acceleration| {
+            Acceleration(magnitude(rate.0, Self::MAX_ACCELERATION).max(Self::MIN_ACCELERATION))
+        };
         Self {
             velocity: Velocity(magnitude(self.velocity.0, Self::MAX_VELOCITY)),
-            acceleration: Acceleration(acceleration),
+            acceleration: rate(self.acceleration),
+            deceleration: self.deceleration.map(rate),
             jerk: self.jerk.map(|jerk| Jerk(magnitude(jerk.0, Self::MAX_JERK).max(Self::MIN_JERK))),
             torque: Torque(magnitude(self.torque.0, Self::MAX_TORQUE)),
             position: self.position,
@@ -48,21 +53,22 @@ impl Limits {
     pub fn clamp(&self, profile: Profile) -> Profile {
         Profile {
             velocity: Velocity(magnitude(profile.velocity.0, self.velocity.0)),
-            acceleration: self.ramp(profile.acceleration),
-            deceleration: self.ramp(profile.deceleration),
+            acceleration: ramp(profile.acceleration, self.acceleration),
+            deceleration: ramp(profile.deceleration, self.braking()),
             jerk: self.jerk(profile.jerk),
         }
+    }
+
+    /// Highest deceleration.
+    #[must_use]
+    pub fn braking(&self) -> Acceleration {
+        self.deceleration.unwrap_or(self.acceleration)
     }
 
     /// Where set-points may be.
     #[must_use]
     pub fn range(&self) -> PositionRange {
         self.position.unwrap_or(PositionRange::EXACT)
-    }
-
-    fn ramp(&self, wanted: Acceleration) -> Acceleration {
-        let rate = magnitude(wanted.0, self.acceleration.0);
-        Acceleration(if rate > 0.0 { rate.max(Self::MIN_ACCELERATION) } else { self.acceleration.0 })
     }
 
     /// The smaller of `wanted` and the axis maximum; `None` when neither limits.
@@ -74,12 +80,19 @@ impl Limits {
     }
 }
 
+/// `wanted`, but not above `most` and not too small to end; zero and what is not a number are `most`.
+fn ramp(wanted: Acceleration, most: Acceleration) -> Acceleration {
+    let rate = magnitude(wanted.0, most.0);
+    if rate > 0.0 { Acceleration(rate.max(Limits::MIN_ACCELERATION)) } else { most }
+}
+
 impl Default for Limits {
     /// 50 rev/s, 1000 rev/s² and three times the rated torque on the default plant; no limit of jerk or position.
     fn default() -> Self {
         Self {
             velocity: Velocity(409_600.0),
             acceleration: Acceleration(8_192_000.0),
+            deceleration: None,
             jerk: None,
             torque: Torque(3000.0),
             position: None,
@@ -173,11 +186,21 @@ mod tests {
     }
 
     #[test]
+    fn a_deceleration_has_its_own_maximum_if_there_is_one() {
+        let limits = Limits { deceleration: Some(Acceleration(500.0)), ..Limits::default() };
+        let hard = Profile { deceleration: Acceleration(700.0), ..Profile::default() };
+        assert_eq!(limits.clamp(hard).deceleration, Acceleration(500.0));
+        assert_eq!(limits.clamp(hard).acceleration, limits.acceleration);
+        assert_eq!(limits.clamp(Profile::default()).deceleration, Acceleration(500.0));
+    }
+
+    #[test]
     fn limits_that_are_not_numbers_become_the_smallest_value() {
         let nan = f64::NAN;
         let wild = Limits {
             velocity: Velocity(nan),
             acceleration: Acceleration(nan),
+            deceleration: Some(Acceleration(nan)),
             jerk: Some(Jerk(nan)),
             torque: Torque(nan),
             position: None,
@@ -185,6 +208,7 @@ mod tests {
         let tame = wild.sanitised();
         assert_eq!(tame.velocity, Velocity(0.0));
         assert_eq!(tame.acceleration, Acceleration(1e-3));
+        assert_eq!(tame.deceleration, Some(Acceleration(1e-3)));
         assert_eq!(tame.jerk, Some(Jerk(1e-3)));
         assert_eq!(tame.torque, Torque(0.0));
     }

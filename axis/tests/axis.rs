@@ -211,7 +211,7 @@ fn numbers_that_make_no_sense_leave_the_axis_sane() {
         axis.run_at(velocity, profile);
         run(&mut axis, 20);
         axis.stop(acceleration);
-        axis.set_limits(Limits { velocity, acceleration, jerk: None, torque: Torque(value), position: None });
+        axis.set_limits(Limits { velocity, acceleration, torque: Torque(value), ..Limits::default() });
         let Status { demand, actual, following_error, fault, .. } = run(&mut axis, 20);
         let numbers = [demand.position.0, demand.velocity.0, actual.position.0, following_error.0];
         assert!(numbers.into_iter().all(f64::is_finite), "{value}: {numbers:?}");

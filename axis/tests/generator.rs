@@ -63,13 +63,16 @@ fn ramps(
 fn limits() -> impl Strategy<Value = Limits> {
     let ranges = (-1500.0..1500.0_f64, 0.0..1500.0_f64)
         .prop_map(|(min, width)| PositionRange::new(Position(min.round()), Position(min.round() + width)));
-    (decades(100.0, 3), decades(1e4, 3), ranges).prop_map(|(velocity, acceleration, position)| Limits {
-        velocity: Velocity(velocity),
-        acceleration: Acceleration(acceleration),
-        jerk: None,
-        torque: Torque(3000.0),
-        position,
-    })
+    let decelerations = prop::option::of(decades(1e4, 3));
+    (decades(100.0, 3), decades(1e4, 3), decelerations, ranges).prop_map(
+        |(velocity, acceleration, deceleration, position)| Limits {
+            velocity: Velocity(velocity),
+            acceleration: Acceleration(acceleration),
+            deceleration: deceleration.map(Acceleration),
+            position,
+            ..Limits::default()
+        },
+    )
 }
 
 fn commands() -> impl Strategy<Value = Event> {
@@ -97,7 +100,7 @@ fn stopping_way(speed: f64, rate: f64, time: f64) -> f64 {
 /// Where `now` stops when the axis brakes as hard as it can.
 fn last_stop(now: &SetPoint, limits: &Limits, time: f64) -> f64 {
     let velocity = now.velocity.0;
-    now.position.0 + velocity.signum() * stopping_way(velocity.abs(), limits.acceleration.0 * time, time)
+    now.position.0 + velocity.signum() * stopping_way(velocity.abs(), limits.braking().0 * time, time)
 }
 
 /// The places the set-points may reach: the limits and what cannot be helped when they are set.
@@ -115,10 +118,11 @@ fn check_ramps(
     limits: &Limits,
     time: f64,
 ) -> Result<(), TestCaseError> {
-    let most = (1.0 + NEARLY) * limits.acceleration.0 * time + NEARLY;
-    prop_assert!((after - before).abs() <= most);
-    let rise = (1.0 + NEARLY) * profile.acceleration.0.max(profile.deceleration.0) * time + NEARLY;
     let towards_rest = after * before >= 0.0 && after.abs() < before.abs();
+    let (up, down) = (limits.acceleration.0, limits.braking().0);
+    let most = if towards_rest { down } else { up.max(down) };
+    prop_assert!((after - before).abs() <= (1.0 + NEARLY) * most * time + NEARLY, "{before} -> {after}");
+    let rise = (1.0 + NEARLY) * profile.acceleration.0.max(profile.deceleration.0) * time + NEARLY;
     prop_assert!(towards_rest || (after - before).abs() <= rise, "{before} -> {after}");
     let top = profile.velocity.0.max(before.abs() - profile.deceleration.0 * time);
     prop_assert!(after.abs() <= top * (1.0 + NEARLY) + NEARLY, "{before} -> {after}");
@@ -245,6 +249,7 @@ proptest! {
         let limits = Limits {
             velocity: Velocity(top),
             acceleration: Acceleration(most),
+            deceleration: None,
             jerk: None,
             torque: Torque(f64::NAN),
             position: PositionRange::new(Position(min), Position(max)),

@@ -38,7 +38,16 @@ impl Setup {
     /// Speeds change by no more than the axis maximum, but for jumps from standstill and to it.
     fn check_axis(&self, before: f64, after: f64) -> Result<(), TestCaseError> {
         let steps = if self.stepping.is_some() { self.cycle } else { 1 };
-        let most = self.limits.acceleration.0 * self.period.seconds() * f64::from(steps);
+        let (up, down) = (self.limits.acceleration.0, self.limits.braking().0);
+        // A cycle that reverses has one rate throughout.
+        let most = if after * before < 0.0 || self.cycle > 1 {
+            up.max(down)
+        } else if after.abs() < before.abs() {
+            down
+        } else {
+            up
+        };
+        let most = most * self.period.seconds() * f64::from(steps);
         let change = (after - before).abs();
         prop_assert!(
             change <= most * (1.0 + NEARLY) + NEARLY || self.jumps(before, after),
@@ -106,10 +115,13 @@ fn jerks() -> impl Strategy<Value = Jerk> {
 fn limits() -> impl Strategy<Value = Limits> {
     let ranges = (-1500.0..0.0_f64, 0.0..1500.0_f64)
         .prop_map(|(min, max)| PositionRange::new(Position(min.round()), Position(max)).unwrap());
-    (decades(100.0, 3), decades(1e4, 3), prop::option::of(jerks()), prop::option::of(ranges)).prop_map(
-        |(velocity, acceleration, jerk, position)| Limits {
+    let decelerations = prop::option::of(decades(1e4, 3));
+    let jerks = prop::option::of(jerks());
+    (decades(100.0, 3), decades(1e4, 3), decelerations, jerks, prop::option::of(ranges)).prop_map(
+        |(velocity, acceleration, deceleration, jerk, position)| Limits {
             velocity: Velocity(velocity),
             acceleration: Acceleration(acceleration),
+            deceleration: deceleration.map(Acceleration),
             jerk,
             position,
             ..Limits::default()

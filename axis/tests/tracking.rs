@@ -86,6 +86,18 @@ fn a_velocity_beyond_the_axis_maxima_is_approached_as_fast_as_they_allow() {
 }
 
 #[test]
+fn the_axis_speeds_up_and_slows_down_by_maxima_of_their_own() {
+    let limits = Limits { deceleration: Some(Acceleration(5e5)), ..limits(2500.0, 1e6) };
+    let mut generator = generator(limits);
+    track_velocity(&mut generator, 2500.0, 1);
+    assert_eq!(rounded(velocities(&mut generator, 3)), [1000.0, 2000.0, 2500.0]);
+    track_velocity(&mut generator, -2500.0, 1);
+    // The last step to standstill takes all of its time.
+    let slowing = [2000.0, 1500.0, 1000.0, 500.0, 0.0, -1000.0, -2000.0, -2500.0];
+    assert_eq!(rounded(velocities(&mut generator, 8)), slowing);
+}
+
+#[test]
 fn a_jump_of_the_target_takes_the_fastest_motion_without_overshoot() {
     let mut generator = generator(limits(1e6, 1e6));
     track(&mut generator, 16.0, 1);

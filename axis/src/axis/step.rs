@@ -271,7 +271,7 @@ impl Axis {
     fn stay_inside(&mut self) {
         let Actual { velocity, .. } = self.status.actual;
         let (speed, range) = (velocity.abs().0, self.range());
-        let way = speed * speed / (2.0 * self.limits.acceleration.0) + 2.0 * speed * self.period.seconds();
+        let way = speed * speed / (2.0 * self.limits.braking().0) + 2.0 * speed * self.period.seconds();
         let end = self.sample.position + Position(if velocity.0 < 0.0 { -way } else { way });
         let is_leaving = (velocity.0 > 0.0 && end > range.max()) || (velocity.0 < 0.0 && end < range.min());
         if !is_leaving {

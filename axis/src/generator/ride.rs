@@ -88,7 +88,6 @@ fn state(now: &SetPoint, limits: &Limits) -> State {
 }
 
 fn fence(profile: &Profile, limits: &Limits) -> Fence {
-    let Limits { velocity, acceleration: Acceleration(most), .. } = limits;
     let jerk = limits.jerk.map_or(ABRUPT, |jerk| jerk.0);
     Fence {
         profile: Bounds {
@@ -97,7 +96,12 @@ fn fence(profile: &Profile, limits: &Limits) -> Fence {
             deceleration: profile.deceleration.0,
             jerk: profile.jerk.map_or(ABRUPT, |Jerk(jerk)| jerk),
         },
-        axis: Bounds { velocity: velocity.0, acceleration: *most, deceleration: *most, jerk },
+        axis: Bounds {
+            velocity: limits.velocity.0,
+            acceleration: limits.acceleration.0,
+            deceleration: limits.braking().0,
+            jerk,
+        },
         min: limits.range().min().0,
         max: limits.range().max().0,
     }

@@ -34,15 +34,20 @@ impl Start<'_> {
         self.now.velocity.0
     }
 
-    /// The highest change of velocity in a step, in counts/s.
-    pub(super) fn most(&self) -> f64 {
+    /// The most that a step may add to the speed, in counts/s.
+    pub(super) fn most_up(&self) -> f64 {
         self.limits.acceleration.0 * self.time
+    }
+
+    /// The most that a step may take off the speed, in counts/s.
+    pub(super) fn most_down(&self) -> f64 {
+        self.limits.braking().0 * self.time
     }
 
     /// The velocity `wanted` after the step, cut so that a stop within the range stays possible. `lead` is the
     /// way of a step (over its time) that ends at standstill.
     pub(super) fn contain(&self, wanted: f64, lead: f64, brake: Brake) -> f64 {
-        let (velocity, most) = (self.velocity(), self.most());
+        let (velocity, most) = (self.velocity(), self.most_down());
         if wanted > 0.0 {
             brake.cut(wanted, velocity, self.way_to(self.range.max()) - lead, most)
         } else if wanted < 0.0 {

@@ -100,7 +100,8 @@ impl Pace<'_> {
     fn to_line(&self, line: f64, next: f64) -> Step {
         let own = (next - line) / self.start.time;
         let behind = self.start.way_to(Position(next)) - own;
-        let closing = Brake::new(self.start.most(), 0.0).highest(behind.abs());
+        let most = self.start.most_up().min(self.start.most_down());
+        let closing = Brake::new(most, 0.0).highest(behind.abs());
         self.go(own + closing.copysign(behind), Some(next))
     }
 
@@ -108,7 +109,7 @@ impl Pace<'_> {
     fn go(&self, wanted: f64, end: Option<f64>) -> Step {
         let (lowest, highest) = self.reach();
         let wanted = self.cut(wanted).max(lowest).min(highest);
-        let allowed = self.start.contain(wanted, 0.0, Brake::new(self.start.most(), self.start_stop));
+        let allowed = self.start.contain(wanted, 0.0, Brake::new(self.start.most_down(), self.start_stop));
         let set_point = self.start.straight(allowed, end, 0.0);
         let is_cut = (allowed - wanted).abs() > wanted.abs() * RESERVE;
         Step { set_point, is_straight: true, is_done: false, is_cut }
@@ -116,12 +117,26 @@ impl Pace<'_> {
 
     /// The velocities that may follow on the present one.
     fn reach(&self) -> (f64, f64) {
-        let (velocity, most) = (self.start.velocity(), self.start.most() * (1.0 + RESERVE));
+        let velocity = self.start.velocity();
         let low = if velocity > 0.0 { 0.0 } else { -self.start_stop };
         let high = if velocity < 0.0 { 0.0 } else { self.start_stop };
         let can_jump = velocity.abs() <= self.start_stop;
-        let (lowest, highest) = (velocity - most, velocity + most);
+        let (lowest, highest) = (-self.highest(-velocity), self.highest(velocity));
         if can_jump { (lowest.min(low), highest.max(high)) } else { (lowest, highest) }
+    }
+
+    /// The highest velocity that may follow on `velocity`; what is left of a step that brakes to standstill speeds
+    /// the axis up.
+    fn highest(&self, velocity: f64) -> f64 {
+        let up = self.start.most_up() * (1.0 + RESERVE);
+        let down = self.start.most_down() * (1.0 + RESERVE);
+        if velocity >= 0.0 {
+            velocity + up
+        } else if velocity + down <= 0.0 {
+            velocity + down
+        } else {
+            up * (1.0 + velocity / down)
+        }
     }
 
     fn cut(&self, velocity: f64) -> f64 {

@@ -18,12 +18,12 @@ use crate::inputs::Levels;
 use crate::limits::{Limits, PositionRange};
 use crate::order::Order;
 use crate::plant::Plant;
-use crate::profile::{Profile, SetPoint};
+use crate::profile::{FeedForward, Profile, SetPoint};
 use crate::status::Status;
 use crate::travel::Travel;
 use crate::units::{Acceleration, Period, Position, Torque, Velocity};
 
-use fence::Fence;
+use fence::{Fence, Side};
 use power::Power;
 use push::Push;
 use queue::Queue;
@@ -87,6 +87,7 @@ pub struct Axis {
     supervision: Supervision,
     arrival: Option<Arrival>,
     task: Task,
+    feed_forward: FeedForward,
     /// Where the last move was to end.
     target: Option<Position>,
     queue: Queue,
@@ -96,6 +97,8 @@ pub struct Axis {
     is_motion_ordered: bool,
     /// A limit switch or a position limit has ended what was ordered.
     is_blocked: bool,
+    /// The side to which a position limit lets no torque lead any more, until one leads away from it.
+    barred: Option<Side>,
     is_enabled: bool,
     reset: bool,
     sample: Sample,
@@ -152,11 +155,13 @@ impl Axis {
             supervision: Supervision::default(),
             arrival: None,
             task: Task::Follow,
+            feed_forward: FeedForward::default(),
             target: None,
             queue: Queue::new(),
             lead: 0,
             is_motion_ordered: false,
             is_blocked: false,
+            barred: None,
             is_enabled: false,
             reset: false,
             sample: Sample::default(),
@@ -242,6 +247,25 @@ impl Axis {
         self.order(Order::Stop(deceleration));
     }
 
+    /// Gives the drive this beside the set-points of the present order, until the next order or the end of this one by a
+    /// limit or without power. What is not finite is left out.
+    pub fn feed_forward(&mut self, feed_forward: FeedForward) {
+        if self.takes_orders() && matches!(self.task, Task::Follow) {
+            self.feed_forward = feed_forward.sanitised();
+        }
+    }
+
+    /// The torque that is asked of the motor: the one ordered, or what the controllers of the drive make of a place.
+    #[must_use]
+    pub fn torque_demand(&self) -> Torque {
+        match &self.task {
+            Task::Push(push) if self.is_running() => push.torque(),
+            Task::Follow | Task::Seek(_) | Task::Push(_) | Task::Output(_) | Task::Brake { .. } => {
+                self.status.actual.torque
+            }
+        }
+    }
+
     /// Calls the present actual position `position`. Nothing moves: demand, target, index and mark get the same
     /// offset, only the position limits keep their numbers. What is not within ±2^53 counts is ignored.
     pub fn set_position(&mut self, position: Position) {
@@ -287,6 +311,7 @@ impl Axis {
     /// Replaces the axis maxima, also on the move.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits.sanitised();
+        self.barred = None;
         self.apply_limits();
     }
 

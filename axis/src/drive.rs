@@ -2,7 +2,7 @@
 
 use crate::inputs::{Inputs, Latches};
 use crate::plant::Plant;
-use crate::profile::SetPoint;
+use crate::profile::{FeedForward, SetPoint};
 use crate::units::{Position, Temperature, Torque, Velocity, Voltage};
 
 /// A drive with its motor and encoder, in its own raw coordinates.
@@ -30,6 +30,8 @@ pub struct Command {
     pub enable: bool,
     /// What to follow while the drive is enabled.
     pub demand: Demand,
+    /// What a drive with a velocity controller adds to the set-points of [`Demand::Position`].
+    pub feed_forward: FeedForward,
     /// A motion is going on or about to begin, see [`Capabilities::lead`].
     pub moving: bool,
     /// Highest torque the motor may give in either direction.

@@ -39,7 +39,7 @@ pub use plant::{
     Amplifier, AmplifierConfig, AmplifierMode, DcLink, EncoderBreak, Load, Noise, Overload, Plant,
     PlantConfig, PlantFault, ScheduledFault, Stepper, StepperConfig, Supply, Thermal,
 };
-pub use profile::{Profile, SetPoint};
+pub use profile::{FeedForward, Profile, SetPoint};
 pub use pulses::{InMotion, MAX_QUANTA, PulseOutput, Pulses};
 pub use servo::{ServoConfig, SimulatedServo};
 pub use status::{Actual, Fault, Motion, Status};

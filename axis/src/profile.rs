@@ -1,6 +1,6 @@
 //! What a motion is made of.
 
-use crate::units::{Acceleration, Jerk, Position, Velocity};
+use crate::units::{Acceleration, Jerk, Position, Torque, Velocity};
 
 /// How fast a motion may run and how hard and how smoothly it may ramp; magnitudes.
 ///
@@ -26,4 +26,22 @@ pub struct SetPoint {
     pub velocity: Velocity,
     /// Acceleration throughout the step.
     pub acceleration: Acceleration,
+}
+
+/// What whoever commands an axis knows of the motion beside its place. It helps the controllers; the place stays what
+/// the set-point says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FeedForward {
+    /// Velocity for the velocity controller; `None` is that of the set-point.
+    pub velocity: Option<Velocity>,
+    /// Torque on top of what the controllers give.
+    pub torque: Torque,
+}
+
+impl FeedForward {
+    /// The same without what is not finite.
+    pub(crate) fn sanitised(self) -> Self {
+        let torque = if self.torque.0.is_finite() { self.torque } else { Torque(0.0) };
+        Self { velocity: self.velocity.filter(|velocity| velocity.0.is_finite()), torque }
+    }
 }

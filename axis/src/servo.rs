@@ -3,7 +3,7 @@
 use crate::drive::{Capabilities, Command, Demand, Drive, Feedback};
 use crate::plant::{Plant, PlantConfig};
 use crate::power_stage::PowerStage;
-use crate::profile::SetPoint;
+use crate::profile::{FeedForward, SetPoint};
 use crate::units::{Period, Torque, Velocity, cut, magnitude};
 
 /// Longest period of the inner controller, in ns.
@@ -56,7 +56,7 @@ impl SimulatedServo {
     fn obey(&mut self, command: &Command) {
         let limit = command.torque_limit;
         match &command.demand {
-            Demand::Position(set_point) => self.drive(set_point, limit),
+            Demand::Position(set_point) => self.drive(set_point, &command.feed_forward, limit),
             Demand::Torque(torque) => self.push(*torque, limit, command.velocity_limit),
             Demand::Output(share) => {
                 let torque = Torque(share * self.plant.peak_torque().0);
@@ -66,15 +66,16 @@ impl SimulatedServo {
     }
 
     /// Follows the set-point, until the power electronics trip.
-    fn drive(&mut self, set_point: &SetPoint, limit: Torque) {
+    fn drive(&mut self, set_point: &SetPoint, feed_forward: &FeedForward, limit: Torque) {
         let gains = Gains::of(&self.plant, self.inner_seconds);
         let limit = Torque(magnitude(limit.0, self.plant.peak_torque().0));
         for left in (1..=self.inner_steps).rev() {
             if !self.stage.is_on() {
                 return self.coast(left);
             }
-            let target = earlier(set_point, f64::from(left), self.inner_seconds);
-            let torque = self.controller.torque(&self.plant, &gains, &target, limit);
+            let mut target = earlier(set_point, f64::from(left), self.inner_seconds);
+            target.velocity = feed_forward.velocity.unwrap_or(target.velocity);
+            let torque = self.controller.torque(&self.plant, &gains, &target, feed_forward.torque, limit);
             self.advance(torque);
         }
     }
@@ -191,14 +192,21 @@ impl Controller {
     /// Position error that quantisation hides, in counts.
     const DEAD_BAND: f64 = 0.5;
 
-    fn torque(&mut self, plant: &Plant, gains: &Gains, target: &SetPoint, limit: Torque) -> Torque {
+    fn torque(
+        &mut self,
+        plant: &Plant,
+        gains: &Gains,
+        target: &SetPoint,
+        extra: Torque,
+        limit: Torque,
+    ) -> Torque {
         let lag = (target.position - plant.encoder()).0;
         let lag = lag - cut(lag, Self::DEAD_BAND);
         let catch_up = gains.position * lag;
         let slip = target.velocity.0 - plant.velocity().0 + catch_up;
         let wanted = target.velocity.0 + catch_up;
         let steady = plant.torque_for(target.acceleration.0 + self.integral, wanted);
-        let torque = Torque(steady.0 + gains.velocity * slip);
+        let torque = Torque(steady.0 + gains.velocity * slip + extra.0);
         if torque.abs() <= limit {
             self.integral += gains.integral * slip;
         }

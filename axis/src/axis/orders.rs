@@ -1,12 +1,13 @@
 //! What becomes of an order.
 
+use super::fence::Side;
 use super::push::Push;
 use super::seek::Seeking;
 use super::{Axis, Task};
 use crate::generator::Goal;
 use crate::order::{Base, Order, Seek, SeekState};
-use crate::profile::Profile;
-use crate::units::{Acceleration, Position, Torque, cut};
+use crate::profile::{FeedForward, Profile};
+use crate::units::{Acceleration, Position, Torque, Velocity, cut};
 
 impl Axis {
     /// Begins `order`, from whatever was under way.
@@ -14,6 +15,7 @@ impl Axis {
         self.begin();
         let was_moving = self.is_moving();
         let target = core::mem::take(&mut self.target);
+        self.barred = self.barred.take().filter(|_| matches!(order, Order::Push { .. }));
         match order {
             Order::MoveTo(place, profile) => {
                 self.aim(self.travel.target(place, self.demand().position), profile);
@@ -60,6 +62,7 @@ impl Axis {
     /// Leaves what was under way.
     fn begin(&mut self) {
         self.task = Task::Follow;
+        self.feed_forward = FeedForward::default();
         self.is_blocked = false;
         self.status.done = false;
         self.status.limited = false;
@@ -82,18 +85,44 @@ impl Axis {
 
     pub(super) fn brake(&mut self, off: bool) {
         self.ramp_down(self.guard.emergency_deceleration);
+        self.feed_forward = FeedForward::default();
         self.task = Task::Brake { off };
     }
 
     fn push(&mut self, torque: Torque, slope: Torque) {
         let limit = self.torque_limit.0.min(self.limits.torque.0);
         let torque = Torque(if torque.0.is_nan() { 0.0 } else { cut(torque.0, limit) });
-        if self.fence.blocks(torque.0) {
+        if self.fence.blocks(torque.0) || self.is_barred(torque) {
             self.block();
+        } else if self.leads_out(torque) {
+            self.bar(torque);
         } else {
+            self.barred = None;
             let slope = slope.0 * self.period.seconds();
             self.task = Task::Push(Push::new(torque, slope, self.status.actual.torque));
         }
+    }
+
+    /// Whether the axis has been stopped at a position limit and this torque does not lead away from it. So one that
+    /// brakes there goes on braking, and then holds, whatever torques are ordered meanwhile.
+    fn is_barred(&self, torque: Torque) -> bool {
+        self.barred.is_some_and(|side| !side.is_ahead(Velocity(-torque.0)))
+    }
+
+    /// Whether the way the axis is on, or a raster step of this torque, leads out of the position limits.
+    fn leads_out(&self, torque: Torque) -> bool {
+        let velocity = self.status.actual.velocity;
+        let gain = if torque.0 == 0.0 { 0.0 } else { torque.0.signum() };
+        let gain = Velocity(gain * self.limits.acceleration.0 * self.period.seconds());
+        self.would_leave(velocity) || self.would_leave(velocity + gain)
+    }
+
+    /// Stops an axis that gives this torque at the position limit ahead.
+    pub(super) fn bar(&mut self, torque: Torque) {
+        let Velocity(velocity) = self.status.actual.velocity;
+        let ahead = Velocity(if velocity == 0.0 { torque.0 } else { velocity });
+        self.barred = Some(if Side::Negative.is_ahead(ahead) { Side::Negative } else { Side::Positive });
+        self.block();
     }
 
     fn put_out(&mut self, share: f64) {

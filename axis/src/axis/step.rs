@@ -7,9 +7,9 @@ use crate::drive::{Command, Demand, DriveState, Feedback};
 use crate::generator::Goal;
 use crate::inputs::Latches;
 use crate::order::{Finish, SeekState};
-use crate::profile::{Profile, SetPoint};
-use crate::status::{Actual, Fault, Motion};
-use crate::units::{Acceleration, Position, Torque};
+use crate::profile::{FeedForward, Profile, SetPoint};
+use crate::status::{Fault, Motion};
+use crate::units::{Acceleration, Position, Torque, Velocity};
 
 impl Axis {
     /// Runs one raster period.
@@ -30,6 +30,8 @@ impl Axis {
             self.advance();
         } else {
             self.task = Task::Follow;
+            self.feed_forward = FeedForward::default();
+            self.barred = None;
             self.lead = 0;
             self.is_motion_ordered = false;
             self.place_at_actual();
@@ -67,6 +69,7 @@ impl Axis {
         Command {
             enable: self.power.is_on(),
             demand,
+            feed_forward: self.feed_forward,
             moving: self.is_running() && self.is_moving(),
             torque_limit: Torque(torque_limit),
             velocity_limit: self.limits.velocity,
@@ -269,12 +272,7 @@ impl Axis {
     /// Keeps an axis without a demand position inside the position limits: it brakes where a stop with the
     /// highest deceleration would end at one.
     fn stay_inside(&mut self) {
-        let Actual { velocity, .. } = self.status.actual;
-        let (speed, range) = (velocity.abs().0, self.range());
-        let way = speed * speed / (2.0 * self.limits.braking().0) + 2.0 * speed * self.period.seconds();
-        let end = self.sample.position + Position(if velocity.0 < 0.0 { -way } else { way });
-        let is_leaving = (velocity.0 > 0.0 && end > range.max()) || (velocity.0 < 0.0 && end < range.min());
-        if !is_leaving {
+        if !self.would_leave(self.status.actual.velocity) {
             return;
         }
         match self.task {
@@ -282,8 +280,17 @@ impl Axis {
                 self.is_blocked = true;
                 self.power.cut();
             }
-            Task::Follow | Task::Seek(_) | Task::Push(_) | Task::Brake { .. } => self.block(),
+            Task::Push(push) => self.bar(push.torque()),
+            Task::Follow | Task::Seek(_) | Task::Brake { .. } => self.block(),
         }
+    }
+
+    /// Whether a stop with the highest deceleration from this velocity here would end beyond a position limit.
+    pub(super) fn would_leave(&self, velocity: Velocity) -> bool {
+        let (speed, range) = (velocity.abs().0, self.range());
+        let way = speed * speed / (2.0 * self.limits.braking().0) + 2.0 * speed * self.period.seconds();
+        let end = self.sample.position + Position(if velocity.0 < 0.0 { -way } else { way });
+        (velocity.0 > 0.0 && end > range.max()) || (velocity.0 < 0.0 && end < range.min())
     }
 
     /// Takes whole turns off a position that has become large.

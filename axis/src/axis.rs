@@ -81,6 +81,10 @@ pub struct Axis {
     limits: Limits,
     torque_limit: Torque,
     following_error_limit: Option<Position>,
+    /// Raster steps for which a larger following error is tolerated.
+    following_error_time: u32,
+    /// Raster steps on end with a larger following error.
+    straying: u32,
     guard: Guard,
     fence: Fence,
     power: Power,
@@ -149,6 +153,8 @@ impl Axis {
             limits,
             torque_limit: limits.torque,
             following_error_limit: None,
+            following_error_time: 0,
+            straying: 0,
             guard: Guard::default(),
             fence: Fence::default(),
             power: Power::default(),
@@ -330,6 +336,11 @@ impl Axis {
     /// The largest following error that is no fault; `None` allows any.
     pub fn set_following_error_limit(&mut self, limit: Option<Position>) {
         self.following_error_limit = limit;
+    }
+
+    /// For how many raster steps on end a larger following error is no fault yet; zero, as from the start, for none.
+    pub fn set_following_error_time(&mut self, steps: u32) {
+        self.following_error_time = steps;
     }
 
     /// When the axis counts as arrived at a target, and goes on to the next order; `None`: with its demand.

@@ -66,6 +66,29 @@ fn a_blocked_shaft_is_a_following_error() {
     assert_eq!((status.fault, status.actual.velocity), (Some(Fault::FollowingError), Velocity(0.0)));
 }
 
+/// Raster steps from the break of a blocked shaft to the fault.
+fn steps_to_fault(axis: &mut Axis) -> u32 {
+    (1..100).find(|_| run(axis, 1).fault.is_some()).unwrap()
+}
+
+#[test]
+fn a_following_error_is_tolerated_for_its_time_on_end() {
+    let blocked = |steps| {
+        let mut axis = struck(PlantFault::BlockedShaft, PlantConfig::default());
+        axis.set_following_error_limit(Some(Position(500.0)));
+        axis.set_following_error_time(steps);
+        axis
+    };
+    let at_once = steps_to_fault(&mut blocked(0));
+    assert_eq!(steps_to_fault(&mut blocked(20)), at_once + 20);
+    let mut axis = blocked(20);
+    assert_eq!(run(&mut axis, at_once + 15).fault, None);
+    axis.set_following_error_limit(None);
+    run(&mut axis, 1);
+    axis.set_following_error_limit(Some(Position(500.0)));
+    assert_eq!(steps_to_fault(&mut axis), 21, "the time starts anew");
+}
+
 #[test]
 fn a_stuck_switch_shows_its_level() {
     let stuck = PlantFault::StuckSwitch(Input::PositiveLimit, true);

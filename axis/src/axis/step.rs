@@ -120,6 +120,7 @@ impl Axis {
             self.trip(Fault::EmergencyStop, Reaction::Coast);
         }
         if !self.power.is_on() {
+            self.straying = 0;
             return;
         }
         if self.sample.switches.drive_fault {
@@ -128,12 +129,19 @@ impl Axis {
         if self.supervision.is_expired(self.status.steps) {
             self.trip(Fault::Supervision, self.guard.supervision);
         }
-        if was_running && self.strays() {
+        if self.has_strayed(was_running) {
             if self.status.fault.is_none() {
                 self.place_at_actual();
             }
             self.trip(Fault::FollowingError, self.guard.following_error);
         }
+    }
+
+    /// Whether the axis has been too far from its demand for longer than is tolerated.
+    fn has_strayed(&mut self, was_running: bool) -> bool {
+        let strays = was_running && self.strays();
+        self.straying = if strays { self.straying.saturating_add(1) } else { 0 };
+        self.straying > self.following_error_time
     }
 
     /// Whether the axis is too far from its demand. One that pushes or brakes after a fault may be.

@@ -193,6 +193,7 @@ impl Drive for AnalogDrive {
             torque: self.torque,
             voltage: self.plant.supply(),
             temperature: self.plant.temperature(),
+            overload: self.plant.overload(),
             inputs: self.plant.inputs(),
             latches,
         }
@@ -200,6 +201,10 @@ impl Drive for AnalogDrive {
 
     fn capabilities(&self) -> Capabilities {
         Capabilities { sleeps: self.plant.is_settled(), ..Capabilities::default() }
+    }
+
+    fn rest(&mut self, seconds: f64) {
+        self.plant.rest(seconds);
     }
 
     fn plant(&mut self) -> Option<&mut Plant> {

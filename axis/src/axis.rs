@@ -369,6 +369,11 @@ impl Axis {
         self.supervision.refresh(self.status.steps);
     }
 
+    /// Lets time pass in which the axis was not stepped because it [is quiet](Axis::is_quiet).
+    pub fn rest(&mut self, seconds: f64) {
+        self.drive.rest(seconds);
+    }
+
     /// The simulated plant behind the drive, to change its load or to break something; real drives have none.
     pub fn plant(&mut self) -> Option<&mut Plant> {
         self.drive.plant()
@@ -380,7 +385,8 @@ impl Axis {
         &self.status
     }
 
-    /// Powered off and mechanically at rest, nothing pending: another step would only count itself.
+    /// Powered off and mechanically at rest, nothing pending: another step would only count itself, and cool the
+    /// motor as [`Axis::rest`] does.
     #[must_use]
     pub fn is_quiet(&self) -> bool {
         let off = match self.status.drive {

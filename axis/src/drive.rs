@@ -17,6 +17,9 @@ pub trait Drive: Send {
         Capabilities::default()
     }
 
+    /// Time passes while the drive sleeps, see [`Capabilities::sleeps`].
+    fn rest(&mut self, _seconds: f64) {}
+
     /// The plant of a simulated drive, to break and to repair it.
     fn plant(&mut self) -> Option<&mut Plant> {
         None
@@ -76,8 +79,10 @@ pub struct Feedback {
     pub torque: Torque,
     /// Supply of the power stage.
     pub voltage: Voltage,
-    /// Temperature of the power stage.
+    /// Temperature of the motor.
     pub temperature: Temperature,
+    /// Part of the overload capacity (I²t) that is used up; at 1 the drive trips.
+    pub overload: f64,
     /// Levels of the inputs.
     pub inputs: Inputs,
     /// Where index and switches changed since the last sample.

@@ -15,6 +15,10 @@ pub struct Inputs {
     pub drive_fault: bool,
     /// The emergency stop button.
     pub emergency_stop: bool,
+    /// First general input.
+    pub probe_1: bool,
+    /// Second general input.
+    pub probe_2: bool,
 }
 
 /// Names one of the [`Inputs`].
@@ -30,6 +34,10 @@ pub enum Input {
     DriveFault,
     /// The emergency stop button.
     EmergencyStop,
+    /// First general input.
+    Probe1,
+    /// Second general input.
+    Probe2,
 }
 
 /// Where signals changed since the last report, in raw encoder coordinates; `None` where nothing changed.
@@ -44,6 +52,36 @@ pub struct Latches {
     pub negative_limit: Option<Position>,
     /// Edge of the reference switch.
     pub home: Option<Position>,
+    /// Edges of the first general input.
+    pub probe_1: Edges,
+    /// Edges of the second general input.
+    pub probe_2: Edges,
+}
+
+/// The last edge of either kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Edges {
+    /// From low to high; of a [`Switches`] input, from idle to actuated.
+    pub rising: Option<Position>,
+    /// From high to low.
+    pub falling: Option<Position>,
+}
+
+impl Edges {
+    /// The edges of the signal the other way round.
+    #[must_use]
+    pub(crate) fn inverted(self) -> Self {
+        Self { rising: self.falling, falling: self.rising }
+    }
+
+    /// These edges, and where there is none those `before`.
+    pub(crate) fn after(self, before: Self) -> Self {
+        Self { rising: self.rising.or(before.rising), falling: self.falling.or(before.falling) }
+    }
+
+    fn map(self, convert: impl Fn(Position) -> Option<Position>) -> Self {
+        Self { rising: self.rising.and_then(&convert), falling: self.falling.and_then(&convert) }
+    }
 }
 
 impl Latches {
@@ -54,6 +92,8 @@ impl Latches {
             positive_limit: self.positive_limit.and_then(&convert),
             negative_limit: self.negative_limit.and_then(&convert),
             home: self.home.and_then(&convert),
+            probe_1: self.probe_1.map(&convert),
+            probe_2: self.probe_2.map(&convert),
         }
     }
 }
@@ -78,6 +118,15 @@ impl Level {
             Self::Low => !is_high,
         }
     }
+
+    /// Edges of the signal as edges of its meaning.
+    fn edges(self, edges: Edges) -> Edges {
+        match self {
+            Self::Unused => Edges::default(),
+            Self::High => edges,
+            Self::Low => edges.inverted(),
+        }
+    }
 }
 
 /// The active level of each input; all active high unless told otherwise.
@@ -93,6 +142,10 @@ pub struct Levels {
     pub drive_fault: Level,
     /// Emergency stop.
     pub emergency_stop: Level,
+    /// First general input.
+    pub probe_1: Level,
+    /// Second general input.
+    pub probe_2: Level,
 }
 
 impl Levels {
@@ -105,6 +158,17 @@ impl Levels {
             home: self.home.reads(inputs.home),
             drive_fault: self.drive_fault.reads(inputs.drive_fault),
             emergency_stop: self.emergency_stop.reads(inputs.emergency_stop),
+            probe_1: self.probe_1.reads(inputs.probe_1),
+            probe_2: self.probe_2.reads(inputs.probe_2),
+        }
+    }
+
+    /// The latches with the edges of what the inputs say.
+    pub(crate) fn turn(&self, latches: Latches) -> Latches {
+        Latches {
+            probe_1: self.probe_1.edges(latches.probe_1),
+            probe_2: self.probe_2.edges(latches.probe_2),
+            ..latches
         }
     }
 }
@@ -122,6 +186,10 @@ pub struct Switches {
     pub drive_fault: bool,
     /// Emergency stop: the power is cut.
     pub emergency_stop: bool,
+    /// First general input.
+    pub probe_1: bool,
+    /// Second general input.
+    pub probe_2: bool,
 }
 
 /// A position switch.
@@ -163,6 +231,7 @@ mod tests {
             positive_limit: Level::Low,
             negative_limit: Level::Unused,
             emergency_stop: Level::Low,
+            probe_2: Level::Unused,
             ..Levels::default()
         };
         let off = Switches { positive_limit: true, emergency_stop: true, ..Switches::default() };
@@ -173,7 +242,19 @@ mod tests {
             home: true,
             drive_fault: true,
             emergency_stop: true,
+            probe_1: true,
+            probe_2: true,
         };
-        assert_eq!(levels.read(&all), Switches { home: true, drive_fault: true, ..Switches::default() });
+        let on = Switches { home: true, drive_fault: true, probe_1: true, ..Switches::default() };
+        assert_eq!(levels.read(&all), on);
+    }
+
+    #[test]
+    fn the_edges_of_an_input_that_is_active_low_are_the_other_way_round() {
+        let levels = Levels { probe_1: Level::Low, probe_2: Level::Unused, ..Levels::default() };
+        let up = Edges { rising: Some(Position(5.0)), falling: None };
+        let latches = levels.turn(Latches { probe_1: up, probe_2: up, ..Latches::default() });
+        assert_eq!(latches.probe_1, Edges { rising: None, falling: Some(Position(5.0)) });
+        assert_eq!(latches.probe_2, Edges::default());
     }
 }

@@ -32,7 +32,8 @@ use supply::Feed;
 use switches::Switches;
 
 use crate::drive::DriveFault;
-use crate::inputs::{Inputs, Latches};
+use crate::inputs::{Input, Inputs, Latches};
+use crate::limits::PositionRange;
 use crate::units::{Position, Temperature, Torque, Velocity, Voltage, rounded};
 
 /// The plant in motion. Its position is continuous; the encoder shows whole counts of it.
@@ -177,16 +178,29 @@ impl Plant {
         self.fault
     }
 
-    /// Whether another step without torque would change nothing.
+    /// Whether another step without torque would change nothing but the temperature; for that there is
+    /// [`Plant::rest`].
     #[must_use]
     pub fn is_settled(&self) -> bool {
         let is_over = self.mechanics.is_at_rest() && self.schedule.is_over();
-        is_over && !self.is_touched && self.feed.is_settled() && self.heat.is_settled()
+        is_over && !self.is_touched && self.feed.is_settled()
     }
 
     /// Hangs another load on the motor, also on the move; what makes no sense counts as zero.
     pub fn set_load(&mut self, load: Load) {
         self.mechanics.set_load(&load);
+        self.touch();
+    }
+
+    /// Puts the cam of a position switch or a general input somewhere else, or takes it away.
+    pub fn set_cam(&mut self, input: Input, range: Option<PositionRange>) {
+        self.switches.set_cam(input, range, self.mechanics.load_position());
+        self.touch();
+    }
+
+    /// Lets time pass in which the plant is settled: it cools down.
+    pub fn rest(&mut self, seconds: f64) {
+        self.heat.rest(within(seconds, 0.0, f64::MAX, 0.0));
         self.touch();
     }
 

@@ -121,6 +121,7 @@ impl SimulatedServo {
             torque: self.torque,
             voltage: self.plant.supply(),
             temperature: self.plant.temperature(),
+            overload: self.plant.overload(),
             inputs: self.plant.inputs(),
             latches: self.plant.take_latches(),
         }
@@ -144,6 +145,10 @@ impl Drive for SimulatedServo {
 
     fn capabilities(&self) -> Capabilities {
         Capabilities { sleeps: self.plant.is_settled(), ..Capabilities::default() }
+    }
+
+    fn rest(&mut self, seconds: f64) {
+        self.plant.rest(seconds);
     }
 
     fn plant(&mut self) -> Option<&mut Plant> {

@@ -1,7 +1,7 @@
 //! What an axis reports.
 
 use crate::drive::{DriveFault, DriveState};
-use crate::inputs::Switches;
+use crate::inputs::{Latches, Switches};
 use crate::order::SeekState;
 use crate::profile::SetPoint;
 use crate::units::{Position, Temperature, Torque, Velocity, Voltage};
@@ -37,10 +37,14 @@ pub struct Status {
     pub queued: usize,
     /// Supply of the power stage.
     pub voltage: Voltage,
-    /// Temperature of the power stage.
+    /// Temperature of the motor.
     pub temperature: Temperature,
+    /// Part of the overload capacity (I²t) that is used up; at 1 the drive trips.
+    pub overload: f64,
     /// The inputs.
     pub switches: Switches,
+    /// Where index and inputs changed in the last step, the edges by what the inputs say.
+    pub latches: Latches,
     /// Exact place of the last index passage; `None` until the first.
     pub index: Option<Position>,
     /// Why the axis is off, until it is reset.

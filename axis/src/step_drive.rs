@@ -195,6 +195,7 @@ impl Drive for StepDrive {
             torque: self.torque,
             voltage: self.plant.supply(),
             temperature: self.plant.temperature(),
+            overload: self.plant.overload(),
             inputs: self.plant.inputs(),
             latches,
         }
@@ -202,6 +203,10 @@ impl Drive for StepDrive {
 
     fn capabilities(&self) -> Capabilities {
         Capabilities { sleeps: self.plant.is_settled(), lead: self.lead, ..Capabilities::default() }
+    }
+
+    fn rest(&mut self, seconds: f64) {
+        self.plant.rest(seconds);
     }
 
     fn plant(&mut self) -> Option<&mut Plant> {

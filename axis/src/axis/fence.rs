@@ -143,6 +143,8 @@ mod tests {
         home: false,
         drive_fault: false,
         emergency_stop: false,
+        probe_1: false,
+        probe_2: false,
     };
 
     fn closed_at(seen: f64, end: f64) -> Fence {

@@ -91,12 +91,13 @@ impl Axis {
         self.is_enabled = feedback.state == DriveState::Enabled;
         self.status.drive = feedback.state;
         self.sample.latches = Latches::default();
+        self.status.latches = Latches::default();
         if !feedback.valid {
             return;
         }
         self.sample = Sample {
             switches: self.guard.levels.read(&feedback.inputs),
-            latches: feedback.latches.map(|place| Some(place + self.offset)),
+            latches: self.guard.levels.turn(feedback.latches.map(|place| Some(place + self.offset))),
             torque: feedback.torque,
             position: feedback.position + self.offset,
         };
@@ -104,10 +105,10 @@ impl Axis {
         self.status.actual.torque = feedback.torque;
         self.status.voltage = feedback.voltage;
         self.status.temperature = feedback.temperature;
+        self.status.overload = feedback.overload;
         self.status.switches = self.sample.switches;
-        if let Some(index) = self.sample.latches.index {
-            self.status.index = Some(self.travel.wrap(index));
-        }
+        self.status.latches = self.sample.latches.map(|place| Some(self.travel.wrap(place)));
+        self.status.index = self.status.latches.index.or(self.status.index);
     }
 
     fn supervise(&mut self, feedback: &Feedback, was_running: bool) {

@@ -37,6 +37,8 @@ pub struct PlantConfig {
     pub limit_switch_width: Option<Position>,
     /// The home switch is actuated in this range.
     pub home_switch: Option<PositionRange>,
+    /// The two general inputs are actuated in these ranges.
+    pub probe_switches: [Option<PositionRange>; 2],
     /// How much further a switch must move to let go than to be actuated.
     pub hysteresis: Position,
     /// The inputs that are low while actuated.
@@ -80,6 +82,7 @@ impl Default for PlantConfig {
             negative_switch: None,
             limit_switch_width: None,
             home_switch: None,
+            probe_switches: [None; 2],
             hysteresis: Position(0.0),
             active_low: Inputs::default(),
             stops: None,

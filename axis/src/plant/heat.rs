@@ -71,8 +71,19 @@ impl Heat {
     }
 
     /// Whether it would stay as it is while the motor is off.
-    pub(super) fn is_settled(&self) -> bool {
+    fn is_settled(&self) -> bool {
         self.utilisation == 0.0 && (self.temperature - self.ambient).abs() == 0.0
+    }
+
+    /// The motor is off for `seconds`: the same as that many in steps, up to a hundred of them.
+    pub(super) fn rest(&mut self, seconds: f64) {
+        const STEPS: u32 = 100;
+        for _ in 0..STEPS {
+            if self.is_settled() {
+                return;
+            }
+            self.step(0.0, seconds / f64::from(STEPS));
+        }
     }
 
     pub(super) fn temperature(&self) -> Temperature {
@@ -174,6 +185,20 @@ mod tests {
             }
             assert!((elapsed - seconds).abs() < 1e-3, "{torque}: {elapsed}");
         }
+    }
+
+    #[test]
+    fn a_rest_cools_as_much_as_its_steps() {
+        let thermal = Thermal { time_constant_seconds: 10.0, ..Thermal::default() };
+        let mut stepped = heat(Some(thermal), Some(Overload::default()));
+        (0..2000).for_each(|_| stepped.step(2000.0, 1e-3));
+        let mut rested = stepped.clone();
+        (0..5000).for_each(|_| stepped.step(0.0, 1e-3));
+        rested.rest(5.0);
+        assert!((rested.temperature() - stepped.temperature()).abs() < Temperature(0.1));
+        assert!((rested.utilisation() - stepped.utilisation()).abs() < 1e-9);
+        rested.rest(1e9);
+        assert!(rested.is_settled());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::inputs::Input;
+use crate::inputs::{Edges, Input};
 use crate::limits::PositionRange;
 
 const STEP: f64 = 125e-6;
@@ -51,6 +51,26 @@ fn switches_and_hard_stops_are_where_they_were_put() {
     assert_eq!((plant.encoder(), plant.velocity()), (Position(1000.0), Velocity(0.0)));
     run(&mut plant, -100.0, 4000);
     assert_eq!(plant.inputs(), Inputs { negative_limit: true, ..Inputs::default() });
+}
+
+#[test]
+fn a_general_input_latches_both_edges_however_near_they_are() {
+    let mut plant = Plant::new(PlantConfig {
+        probe_switches: [range(1000.0, 1002.0), None],
+        active_low: Inputs { probe_2: true, ..Inputs::default() },
+        ..PlantConfig::default()
+    });
+    plant.set_cam(Input::Probe2, range(1000.0, 1002.0));
+    assert!(!plant.inputs().probe_1 && plant.inputs().probe_2);
+    go(&mut plant, 1500.0);
+    let up = Edges { rising: Some(Position(1000.0)), falling: Some(Position(1002.0)) };
+    let latches = plant.take_latches();
+    assert_eq!((latches.probe_1, latches.probe_2), (up, up.inverted()));
+    go(&mut plant, 900.0);
+    assert_eq!(plant.take_latches().probe_1, up.inverted());
+    plant.set_cam(Input::Probe1, None);
+    go(&mut plant, 1500.0);
+    assert_eq!(plant.take_latches().probe_1, Edges::default());
 }
 
 #[test]
@@ -113,6 +133,8 @@ fn the_wiring_turns_levels_around() {
         home: true,
         drive_fault: true,
         emergency_stop: true,
+        probe_1: true,
+        probe_2: true,
     };
     let mut plant = Plant::new(PlantConfig {
         active_low: all,
@@ -236,9 +258,12 @@ fn a_plant_is_settled_when_nothing_is_left_to_happen() {
     while plant.motor_velocity() > Velocity(0.0) {
         run(&mut plant, 0.0, 1);
     }
-    assert!(!plant.is_settled());
-    run(&mut plant, 0.0, 80_000);
+    run(&mut plant, 0.0, 8000);
     assert!(plant.is_settled() && plant.velocity() == Velocity(0.0));
+    let warm = plant.temperature();
+    assert!(warm > Temperature(25.1));
+    plant.rest(60.0);
+    assert!(plant.temperature() < Temperature(25.1), "it cools while nobody steps it");
     plant.set_load(Load::default());
     assert!(!plant.is_settled());
 }
@@ -302,7 +327,7 @@ fn wild_load() -> impl Strategy<Value = Load> {
 }
 
 pub(crate) fn wild_config() -> impl Strategy<Value = PlantConfig> {
-    let numbers = prop::collection::vec(wild(), 32);
+    let numbers = prop::collection::vec(wild(), 36);
     (numbers, wild_load(), any::<(u32, bool, u64)>()).prop_map(|(n, load, (counts, is_garbage, seed))| {
         let link = DcLink {
             resistance_ohm: n[0],
@@ -327,6 +352,7 @@ pub(crate) fn wild_config() -> impl Strategy<Value = PlantConfig> {
             negative_switch: Some(Position(n[17])),
             limit_switch_width: Some(Position(n[18])),
             home_switch: range(n[19], n[20]),
+            probe_switches: [range(n[32], n[33]), range(n[34], n[35])],
             hysteresis: Position(n[21]),
             active_low: Inputs::default(),
             stops: range(n[22], n[23]),

@@ -210,4 +210,8 @@ impl Drive for AnalogDrive {
     fn plant(&mut self) -> Option<&mut Plant> {
         Some(&mut self.plant)
     }
+
+    fn plant_view(&self) -> Option<&Plant> {
+        Some(&self.plant)
+    }
 }

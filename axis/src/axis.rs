@@ -379,6 +379,12 @@ impl Axis {
         self.drive.plant()
     }
 
+    /// The same plant, to look at.
+    #[must_use]
+    pub fn plant_view(&self) -> Option<&Plant> {
+        self.drive.plant_view()
+    }
+
     /// The state at the end of the last step.
     #[must_use]
     pub fn status(&self) -> &Status {

@@ -24,6 +24,11 @@ pub trait Drive: Send {
     fn plant(&mut self) -> Option<&mut Plant> {
         None
     }
+
+    /// The same plant, to look at.
+    fn plant_view(&self) -> Option<&Plant> {
+        None
+    }
 }
 
 /// What the axis asks of the drive for one raster period.

@@ -214,6 +214,16 @@ impl Plant {
         self.change(fault, false);
     }
 
+    /// What is broken now, by order or by schedule.
+    pub fn faults(&self) -> impl Iterator<Item = PlantFault> {
+        let encoder = self.sensor.is_broken().then_some(PlantFault::EncoderBreak);
+        let shaft = self.mechanics.is_blocked().then_some(PlantFault::BlockedShaft);
+        let drive = self.injected_fault.map(PlantFault::DriveFault);
+        let supply = self.feed.dip().map(PlantFault::SupplyDip);
+        let stuck = self.switches.stuck().map(|(input, level)| PlantFault::StuckSwitch(input, level));
+        [encoder, shaft, drive, supply].into_iter().flatten().chain(stuck)
+    }
+
     /// The torque that accelerates motor and load by `acceleration` (counts/s²) while they move at
     /// `velocity` (counts/s).
     #[must_use]

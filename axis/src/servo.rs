@@ -154,6 +154,10 @@ impl Drive for SimulatedServo {
     fn plant(&mut self) -> Option<&mut Plant> {
         Some(&mut self.plant)
     }
+
+    fn plant_view(&self) -> Option<&Plant> {
+        Some(&self.plant)
+    }
 }
 
 /// How hard the controller works.

@@ -212,4 +212,8 @@ impl Drive for StepDrive {
     fn plant(&mut self) -> Option<&mut Plant> {
         Some(&mut self.plant)
     }
+
+    fn plant_view(&self) -> Option<&Plant> {
+        Some(&self.plant)
+    }
 }

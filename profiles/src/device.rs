@@ -1,5 +1,7 @@
 //! A device: one object dictionary and the axes behind it.
 
+mod plant;
+
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -10,7 +12,9 @@ use od::{Dictionary, Instant, Schema, Slot};
 
 use crate::cia402::{Context, Drive402, Fault, Mode, State, Statusword, View, units::Units};
 use crate::slots::{Parameters, Slots};
-use crate::{Binding, Dialect, Motor, Profile, jvl};
+use crate::{Binding, Dialect, Motor, PlantSetup, Profile, jvl};
+
+pub use plant::NoPlant;
 
 /// Simulated time that one call of [`Device::advance`] catches up at most.
 const MAX_CATCH_UP: Duration = Duration::from_millis(20);
@@ -69,6 +73,12 @@ impl Device {
     /// A device of this profile, powered on at `now`; `node_id` only matters for defaults that depend on it.
     #[must_use]
     pub fn new(profile: Arc<Profile>, node_id: u8, now: Instant) -> Self {
+        Self::with_plant(profile, node_id, now, &PlantSetup::default())
+    }
+
+    /// The same with another plant behind each of its axes.
+    #[must_use]
+    pub fn with_plant(profile: Arc<Profile>, node_id: u8, now: Instant, plant: &PlantSetup) -> Self {
         let schema = Arc::clone(&profile.application);
         let mut bound: Vec<_> = profile
             .bindings
@@ -77,7 +87,7 @@ impl Device {
             .collect();
         bound.sort_unstable();
         let axes = profile.motor.iter().flat_map(|motor| (0..profile.axes()).map(move |axis| (axis, motor)));
-        let units = axes.map(|(axis, motor)| Unit::new(&profile, motor, &schema, axis, now)).collect();
+        let units = axes.map(|(axis, motor)| Unit::new(&profile, motor, &schema, axis, now, plant)).collect();
         let dictionary = Dictionary::new(schema, node_id);
         let mut device =
             Self { profile, dictionary, bound, units, events: VecDeque::new(), dropped_steps: 0 };
@@ -246,9 +256,17 @@ impl Device {
 }
 
 impl Unit {
-    fn new(profile: &Profile, motor: &Motor, schema: &Schema, axis: u8, now: Instant) -> Self {
+    fn new(
+        profile: &Profile,
+        motor: &Motor,
+        schema: &Schema,
+        axis: u8,
+        now: Instant,
+        plant: &PlantSetup,
+    ) -> Self {
         let period = Period::from_nanos(motor.raster_ns).unwrap_or(Period::MILLISECOND);
-        let drive = SimulatedServo::new(period, servo(motor));
+        let servo = servo(motor);
+        let drive = SimulatedServo::new(period, ServoConfig { plant: plant.apply(servo.plant), ..servo });
         Self {
             slots: Slots::new(schema, &profile.bindings, axis),
             units: Units::default(),

@@ -71,17 +71,7 @@ impl Report {
         word: &str,
         known: impl IntoIterator<Item = &'k str>,
     ) {
-        const SHORT_LIST: usize = 8;
-        const LONGEST_LIST: usize = 20;
-        let known: Vec<&str> = known.into_iter().collect();
-        let list = known.join(", ");
-        let help = match nearest(word, &known) {
-            Some(near) if known.len() > SHORT_LIST => Some(format!("did you mean `{near}`?")),
-            Some(near) => Some(format!("did you mean `{near}`? known: {list}")),
-            None if known.is_empty() || known.len() > LONGEST_LIST => None,
-            None => Some(format!("known: {list}")),
-        };
-        self.error(span, format!("unknown {what} `{word}`"), help);
+        self.error(span, format!("unknown {what} `{word}`"), suggestion(word, known));
     }
 
     /// `value` if nothing was found wrong with the `text` of `file`.
@@ -120,6 +110,20 @@ pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
     let mut cursor = Cursor::new(text);
     cursor.advance(offset);
     (cursor.line, cursor.column)
+}
+
+/// What to write instead of the unknown `word`: the nearest of the known ones, or any of them.
+pub(crate) fn suggestion<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Option<String> {
+    const SHORT_LIST: usize = 8;
+    const LONGEST_LIST: usize = 20;
+    let known: Vec<&str> = known.into_iter().collect();
+    let list = known.join(", ");
+    match nearest(word, &known) {
+        Some(near) if known.len() > SHORT_LIST => Some(format!("did you mean `{near}`?")),
+        Some(near) => Some(format!("did you mean `{near}`? known: {list}")),
+        None if known.is_empty() || known.len() > LONGEST_LIST => None,
+        None => Some(format!("known: {list}")),
+    }
 }
 
 /// The known word that `word` was most likely meant to be: a third of its letters may be wrong.

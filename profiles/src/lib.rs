@@ -15,14 +15,17 @@ mod error_code;
 mod file;
 mod jvl;
 mod motor;
+mod plant;
 mod profile;
 mod slots;
 
+pub use axis::{Input, Position, PositionRange, ScheduledFault, Supply, Voltage};
 pub use binding::{Binding, UnknownBinding};
 pub use cia402::{Command, Controlword, Fault, Mode, State, Statusword, Transition};
-pub use device::{AxisStatus, Device, DeviceEvent};
+pub use device::{AxisStatus, Device, DeviceEvent, NoPlant};
 pub use diagnostics::{Diagnostic, Diagnostics, Report, Span, line_and_column};
 pub use error_code::error_text;
 pub use file::reader;
 pub use motor::Motor;
+pub use plant::{INPUTS, NoiseSetup, PlantFault, PlantSetup, Repair, SupplySetup, UnknownFault};
 pub use profile::{Bound, Dialect, Later, Profile};

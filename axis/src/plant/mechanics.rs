@@ -228,6 +228,11 @@ impl Mechanics {
         of(self.motor_mass, self.velocity) + of(self.load_mass, load)
     }
 
+    /// Whether the shaft is held where it is.
+    pub(super) fn is_blocked(&self) -> bool {
+        self.coupling == Coupling::Blocked
+    }
+
     /// Holds the shaft where it is, or lets it go.
     pub(super) fn set_blocked(&mut self, blocked: bool) {
         self.coupling = match (blocked, self.half_backlash > 0.0) {

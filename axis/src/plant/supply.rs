@@ -91,6 +91,11 @@ impl Feed {
         Voltage(self.voltage)
     }
 
+    /// To what the source has sunk.
+    pub(super) fn dip(&self) -> Option<Voltage> {
+        self.dip.map(Voltage)
+    }
+
     /// Lets the source sink to `dip`, or recover.
     pub(super) fn set_dip(&mut self, dip: Option<Voltage>) {
         self.dip = dip.map(|dip| within(dip.0, 0.0, 1e5, 0.0));

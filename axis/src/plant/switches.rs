@@ -161,6 +161,19 @@ impl Switches {
         }
     }
 
+    /// The inputs that stick, and the levels they keep.
+    pub(super) fn stuck(&self) -> impl Iterator<Item = (Input, bool)> {
+        let Stuck { positive_limit, negative_limit, home, drive_fault, emergency_stop } = self.stuck;
+        let all = [
+            (Input::PositiveLimit, positive_limit),
+            (Input::NegativeLimit, negative_limit),
+            (Input::Home, home),
+            (Input::DriveFault, drive_fault),
+            (Input::EmergencyStop, emergency_stop),
+        ];
+        all.into_iter().filter_map(|(input, level)| Some((input, level?)))
+    }
+
     /// Makes an input stick at a level, or lets it go; a level that changes by it is latched at `place`.
     pub(super) fn stick(
         &mut self,

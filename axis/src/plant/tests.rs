@@ -244,6 +244,25 @@ fn scheduled_faults_come_and_go_by_themselves() {
 }
 
 #[test]
+fn a_plant_tells_what_is_broken_until_it_is_repaired() {
+    let all = [
+        PlantFault::EncoderBreak,
+        PlantFault::BlockedShaft,
+        PlantFault::DriveFault(DriveFault::Overload),
+        PlantFault::SupplyDip(Voltage(10.0)),
+        PlantFault::StuckSwitch(Input::NegativeLimit, false),
+        PlantFault::StuckSwitch(Input::EmergencyStop, true),
+    ];
+    let mut plant = Plant::new(PlantConfig::default());
+    all.into_iter().rev().for_each(|fault| plant.inject(fault));
+    assert!(plant.faults().eq(all));
+    for (repaired, fault) in (1..).zip(all) {
+        plant.clear(fault);
+        assert!(plant.faults().eq(all.into_iter().skip(repaired)));
+    }
+}
+
+#[test]
 fn a_plant_is_settled_when_nothing_is_left_to_happen() {
     let config = PlantConfig {
         thermal: Some(Thermal { time_constant_seconds: 1.0, ..Thermal::default() }),

@@ -1,0 +1,50 @@
+//! Breaking and repairing the simulated plants of a device.
+
+use od::Instant;
+use thiserror::Error;
+
+use super::Device;
+use crate::{PlantFault, Repair};
+
+/// There is no such axis, or it is no simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("the device has no simulated axis of this number")]
+pub struct NoPlant;
+
+impl Device {
+    /// Breaks something behind the axis of this number (from 0); the axis meets it in its next raster step, for which
+    /// it wakes if it sleeps.
+    ///
+    /// # Errors
+    /// Nothing is simulated there.
+    pub fn inject(&mut self, now: Instant, axis: usize, fault: PlantFault) -> Result<(), NoPlant> {
+        let unit = self.units.get_mut(axis).ok_or(NoPlant)?;
+        unit.axis.plant().ok_or(NoPlant)?.inject(fault.0);
+        unit.wake(now);
+        Ok(())
+    }
+
+    /// Repairs what is broken behind the axis of this number (from 0). What is whole stays so.
+    ///
+    /// # Errors
+    /// Nothing is simulated there.
+    pub fn repair(&mut self, now: Instant, axis: usize, repair: Repair) -> Result<(), NoPlant> {
+        let unit = self.units.get_mut(axis).ok_or(NoPlant)?;
+        let plant = unit.axis.plant().ok_or(NoPlant)?;
+        match repair {
+            Repair::One(PlantFault(fault)) => plant.clear(fault),
+            Repair::All => {
+                let broken: Vec<_> = plant.faults().collect();
+                broken.into_iter().for_each(|fault| plant.clear(fault));
+            }
+        }
+        unit.wake(now);
+        Ok(())
+    }
+
+    /// What is broken behind the axis of this number (from 0), by order or by schedule.
+    pub fn plant_faults(&self, axis: usize) -> impl Iterator<Item = PlantFault> {
+        let plant = self.units.get(axis).and_then(|unit| unit.axis.plant_view());
+        plant.into_iter().flat_map(|plant| plant.faults().map(PlantFault))
+    }
+}

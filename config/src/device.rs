@@ -4,10 +4,11 @@ use core::time::Duration;
 use std::sync::Arc;
 
 use profiles::reader::{Node, Spanned, Table};
-use profiles::{Profile, Report, Span};
+use profiles::{PlantSetup, Profile, Report, Span};
 
 use crate::bus::BusDraft;
 use crate::gateway::unique_name;
+use crate::plant;
 use crate::resolve::Resolver;
 
 /// One device.
@@ -23,6 +24,8 @@ pub struct Device {
     pub unit_id: Option<u8>,
     /// Silence of an SDO client after which its transfer is aborted, if not the usual second.
     pub sdo_timeout: Option<Duration>,
+    /// What the simulated plant of each of its axes has otherwise than its motor says.
+    pub plant: PlantSetup,
 }
 
 /// A place on a bus.
@@ -68,6 +71,11 @@ impl<'b, 'r> Devices<'b, 'r> {
         let on = self.attachments(&mut table, &label);
         let unit_id = self.unit_id(&mut table, on.as_deref(), &label);
         let sdo_timeout = sdo_timeout(&mut table);
+        let plant = plant::read(&mut table);
+        if table.has("plant") && profile.as_ref().is_some_and(|profile| profile.axes() == 0) {
+            let help = "leave it out".to_owned();
+            table.report.error(&table.key_span("plant"), "a device without an axis has no plant", help);
+        }
         table.finish();
         self.names.extend(name.clone());
         self.read.push(name.zip(profile).zip(on).map(|((name, profile), on)| Device {
@@ -76,6 +84,7 @@ impl<'b, 'r> Devices<'b, 'r> {
             on,
             unit_id,
             sdo_timeout,
+            plant,
         }));
     }
 
@@ -151,8 +160,5 @@ impl<'b, 'r> Devices<'b, 'r> {
 
 /// `sdo_timeout_ms`: 10 ms, which a client can just keep, to ten minutes.
 fn sdo_timeout(table: &mut Table<'_, '_>) -> Option<Duration> {
-    const KEY: &str = "sdo_timeout_ms";
-    table.ignore(&[KEY]);
-    let millis = if table.has(KEY) { table.require_in(KEY, 10..=600_000) } else { None };
-    millis.map(Duration::from_millis)
+    table.get_in("sdo_timeout_ms", 10..=600_000).map(Duration::from_millis)
 }

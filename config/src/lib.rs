@@ -10,6 +10,7 @@
 mod bus;
 mod device;
 mod gateway;
+mod plant;
 mod resolve;
 
 pub use bus::{Bus, Link};

@@ -6,6 +6,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use config::{Attachment, Diagnostics, Gateway, Link, load};
+use profiles::{
+    Input, NoiseSetup, PlantFault, PlantSetup, Position, PositionRange, ScheduledFault, SupplySetup, Voltage,
+};
 use proptest::prelude::*;
 
 /// A machine with one broken and one good profile file of its own.
@@ -146,6 +149,58 @@ fn a_device_may_wait_longer_or_shorter_for_its_sdo_clients() {
 }
 
 #[test]
+fn a_machine_may_have_a_plant_of_its_own_and_faults_in_it() {
+    let machine = load_plainly(include_str!("../examples/machine.toml"));
+    let range = |min, max| PositionRange::new(Position(min), Position(max));
+    let fault = |text: &str, from_seconds, until_seconds| {
+        let PlantFault(fault) = text.parse().unwrap();
+        ScheduledFault { fault, from_seconds, until_seconds: Some(until_seconds) }
+    };
+    let expected = PlantSetup {
+        load_inertia_kg_m2: Some(4e-5),
+        load_torque_nm: Some(0.0),
+        friction_nm: Some(0.02),
+        viscous_friction_nms: Some(1e-5),
+        backlash: Some(Position(6.0)),
+        start: Some(Position(2000.0)),
+        index: Some(Position(100.0)),
+        positive_limit: Some(Position(50_000.0)),
+        negative_limit: Some(Position(-50_000.0)),
+        limit_switch_width: Some(Position(20_000.0)),
+        home: range(-500.0, 500.0),
+        hysteresis: Some(Position(20.0)),
+        stops: range(-60_000.0, 60_000.0),
+        active_low: Vec::new(),
+        supply: SupplySetup {
+            voltage: Some(Voltage(48.0)),
+            under_voltage: Some(Voltage(20.0)),
+            over_voltage: Some(Voltage(75.0)),
+            chopper: Some(Voltage(60.0)),
+            capacitance_f: None,
+        },
+        noise: NoiseSetup { encoder: Some(1.0), velocity: Some(50.0), seed: Some(1) },
+        faults: vec![
+            fault("supply-dip:10", 60.0, 60.5),
+            fault("stuck-switch:positive-limit=high", 120.0, 130.0),
+        ],
+    };
+    assert_eq!(machine.devices[0].plant, expected);
+    assert_eq!(load_plainly(config::DEMO).devices[0].plant, PlantSetup::default());
+}
+
+#[test]
+fn wires_may_be_low_while_actuated_and_faults_may_stay() {
+    let device = "[[device]]\nname = \"a\"\nprofile = \"cia402-servo\"\nunit_id = 1\n";
+    let plant = "active_low = [\"home\", \"emergency-stop\"]\n\
+                 dc_link_capacitance_f = 1\n\
+                 faults = [{ what = \"encoder-break\", from_s = 0.5 }]\n";
+    let plant = load_plainly(&format!("{device}[device.plant]\n{plant}")).devices[0].plant.clone();
+    assert_eq!(plant.active_low, [Input::Home, Input::EmergencyStop]);
+    assert_eq!(plant.supply.capacitance_f, Some(1.0));
+    assert_eq!((plant.faults[0].from_seconds, plant.faults[0].until_seconds), (0.5, None));
+}
+
+#[test]
 fn devices_store_in_a_directory_if_there_is_one() {
     let gateway = load_plainly("[storage]\npath = \"/var/lib/axisd\"\n");
     assert_eq!(gateway.storage, Some("/var/lib/axisd".into()));
@@ -163,9 +218,12 @@ proptest! {
 
     #[test]
     fn any_change_to_a_valid_file_is_read_or_refused(
+        text in prop::sample::select(&[
+            include_str!("../examples/two-buses.toml"),
+            include_str!("../examples/machine.toml"),
+        ]),
         from in 0.0..1.0, length in 0..30_usize, instead in "[ -~\\n]{0,8}",
     ) {
-        let text = include_str!("../examples/two-buses.toml");
         let start = (text.len() as f64 * from) as usize;
         let end = (start + length).min(text.len());
         if let Err(wrong) = load_text(&[&text[..start], &instead, &text[end..]].concat()) {

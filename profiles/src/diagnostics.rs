@@ -126,7 +126,7 @@ pub(crate) fn suggestion<'k>(word: &str, known: impl IntoIterator<Item = &'k str
     }
 }
 
-/// The known word that `word` was most likely meant to be: a third of its letters may be wrong.
+/// The known word that `word` was most likely meant to be: a third of its letters may be wrong, or its unit missing.
 fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
     const LONGEST_WORD: usize = 64;
     if word.len() > LONGEST_WORD {
@@ -135,7 +135,9 @@ fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
     let tolerated = (word.len() / 3).max(1);
     let distances = known.iter().map(|k| (distance(word, k), *k));
     let nearest = distances.min_by_key(|(distance, _)| *distance);
-    nearest.filter(|(distance, _)| *distance <= tolerated).map(|(_, k)| k)
+    let nearest = nearest.filter(|(distance, _)| *distance <= tolerated).map(|(_, k)| k);
+    let lacks_end = |k: &&&str| k.strip_prefix(word).is_some_and(|end| end.starts_with('_'));
+    nearest.or_else(|| known.iter().find(lacks_end).copied())
 }
 
 /// How many letters must be inserted, removed or replaced to turn one word into the other.
@@ -202,5 +204,6 @@ mod tests {
         assert_eq!(distance("", "abc"), 3);
         assert_eq!(nearest("nodeid", &["name", "node_id"]), Some("node_id"));
         assert_eq!(nearest("colour", &["name", "node_id"]), None);
+        assert_eq!(nearest("backlash", &["name", "backlash_counts"]), Some("backlash_counts"));
     }
 }

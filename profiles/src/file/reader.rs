@@ -107,6 +107,18 @@ impl<'d> Table<'_, 'd> {
         number
     }
 
+    /// The value of `key`, which must lie in `range`, if there is such a key.
+    pub fn get_in<T>(&mut self, key: &'static str, range: RangeInclusive<T>) -> Option<T>
+    where
+        T: FromToml<'d> + PartialOrd + fmt::Display,
+    {
+        if self.has(key) {
+            return self.require_in(key, range);
+        }
+        self.asked.push(key);
+        None
+    }
+
     /// Takes these keys for known without reading them.
     pub fn ignore(&mut self, keys: &[&'static str]) {
         self.asked.extend(keys);

@@ -92,9 +92,9 @@ impl fmt::Display for PlantFault {
             axis::PlantFault::EncoderBreak => f.write_str(ENCODER_BREAK),
             axis::PlantFault::BlockedShaft => f.write_str(BLOCKED_SHAFT),
             axis::PlantFault::StuckSwitch(input, level) => {
-                write!(f, "{STUCK_SWITCH}:{}={}", word(INPUTS, input), word(LEVELS, level))
+                write!(f, "{STUCK_SWITCH}:{}={}", word(INPUTS, &input), word(LEVELS, &level))
             }
-            axis::PlantFault::DriveFault(cause) => write!(f, "{DRIVE_FAULT}:{}", word(CAUSES, cause)),
+            axis::PlantFault::DriveFault(cause) => write!(f, "{DRIVE_FAULT}:{}", word(CAUSES, &cause)),
             axis::PlantFault::SupplyDip(Voltage(volts)) => write!(f, "{SUPPLY_DIP}:{volts}"),
         }
     }
@@ -153,8 +153,8 @@ fn unknown(what: &str, word: &str, known: impl IntoIterator<Item = &'static str>
     UnknownFault { message: format!("unknown {what} `{word}`"), help: suggestion(word, known) }
 }
 
-fn word<T: PartialEq>(words: &Words<T>, value: T) -> &'static str {
-    words.iter().find(|(_, known)| *known == value).map_or("?", |(word, _)| *word)
+fn word<T: PartialEq>(words: &Words<T>, value: &T) -> &'static str {
+    words.iter().find(|(_, known)| known == value).map_or("?", |(word, _)| *word)
 }
 
 #[cfg(test)]

@@ -204,7 +204,9 @@ pub enum Switch {
 }
 
 impl Switch {
-    pub(crate) fn is_actuated(self, switches: &Switches) -> bool {
+    /// Whether it is actuated.
+    #[must_use]
+    pub fn is_actuated(self, switches: &Switches) -> bool {
         match self {
             Self::PositiveLimit => switches.positive_limit,
             Self::NegativeLimit => switches.negative_limit,

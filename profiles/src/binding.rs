@@ -81,6 +81,8 @@ bindings! {
     TorqueActual = "torque_actual",
     /// 0x607A: where to go in the position modes.
     TargetPosition = "target_position",
+    /// 0x607C: from the home position to the zero position.
+    HomeOffset = "home_offset",
     /// 0x607D:01: lower software position limit.
     MinPositionLimit = "min_position_limit",
     /// 0x607D:02: upper software position limit.
@@ -97,6 +99,14 @@ bindings! {
     ProfileDeceleration = "profile_deceleration",
     /// 0x6085: deceleration of a quick stop.
     QuickStopDeceleration = "quick_stop_deceleration",
+    /// 0x6098: how to find the home position.
+    HomingMethod = "homing_method",
+    /// 0x6099:01: speed of the search for a switch.
+    HomingSwitchSpeed = "homing_switch_speed",
+    /// 0x6099:02: speed of the search for an edge or the index.
+    HomingZeroSpeed = "homing_zero_speed",
+    /// 0x609A: acceleration and deceleration of homing.
+    HomingAcceleration = "homing_acceleration",
     /// 0x60FF: how fast to go in the velocity modes.
     TargetVelocity = "target_velocity",
     /// 0x60C5: acceleration limit.
@@ -109,6 +119,8 @@ bindings! {
     JvlInputs = "jvl_inputs",
     /// JVL 0x2011:03: state of the motor in bits.
     JvlMotorStatus = "jvl_motor_status",
+    /// JVL 0x2100: torque limit of homing.
+    JvlHomingTorque = "jvl_homing_torque",
     /// JVL motor register P_IST: actual position.
     JvlPIst = "jvl_p_ist",
     /// JVL motor register V_IST: actual velocity in counts per sample.

@@ -13,5 +13,6 @@ pub(crate) use drive::{Context, Drive402, View};
 pub use fault::Fault;
 pub(crate) use limits::of_motor as limits_of;
 pub use modes::Mode;
+pub(crate) use modes::is_homing_method;
 pub use state::{Command, State, Transition};
 pub use word::{Controlword, Statusword};

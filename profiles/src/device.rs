@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use core::time::Duration;
 
-use axis::{Axis, Load, Period, PlantConfig, Position, ServoConfig, SimulatedServo, Torque, Velocity};
+use axis::{Axis, Load, Period, Plant, PlantConfig, Position, ServoConfig, SimulatedServo, Torque, Velocity};
 use od::{Dictionary, Instant, Schema, Slot};
 
 use crate::cia402::{Context, Drive402, Fault, Mode, State, Statusword, View, units::Units};
@@ -64,6 +64,8 @@ struct Unit {
     motor: Motor,
     axis: Axis,
     drive: Drive402,
+    /// The axis knows its home position.
+    is_referenced: bool,
     /// When the next raster step is due; none while the axis is off and at rest.
     next: Option<Instant>,
     shown_fault: Option<Fault>,
@@ -79,6 +81,18 @@ impl Device {
     /// The same with another plant behind each of its axes.
     #[must_use]
     pub fn with_plant(profile: Arc<Profile>, node_id: u8, now: Instant, plant: &PlantSetup) -> Self {
+        Self::arranged(profile, node_id, now, |_, config| *config = plant.apply(config.clone()))
+    }
+
+    /// As [`Device::new`], with the plant behind each axis, by number, as `arrange` leaves it: where its switches and
+    /// stops are, what it moves.
+    #[must_use]
+    pub fn arranged(
+        profile: Arc<Profile>,
+        node_id: u8,
+        now: Instant,
+        arrange: impl Fn(u8, &mut PlantConfig),
+    ) -> Self {
         let schema = Arc::clone(&profile.application);
         let mut bound: Vec<_> = profile
             .bindings
@@ -87,7 +101,12 @@ impl Device {
             .collect();
         bound.sort_unstable();
         let axes = profile.motor.iter().flat_map(|motor| (0..profile.axes()).map(move |axis| (axis, motor)));
-        let units = axes.map(|(axis, motor)| Unit::new(&profile, motor, &schema, axis, now, plant)).collect();
+        let unit = |(axis, motor)| {
+            let mut servo = servo(motor);
+            arrange(axis, &mut servo.plant);
+            Unit::new(&profile, motor, servo, &schema, axis, now)
+        };
+        let units = axes.map(unit).collect();
         let dictionary = Dictionary::new(schema, node_id);
         let mut device =
             Self { profile, dictionary, bound, units, events: VecDeque::new(), dropped_steps: 0 };
@@ -220,6 +239,11 @@ impl Device {
         self.units.iter().all(|u| u.axis.is_quiet())
     }
 
+    /// The simulated plant behind an axis, to look at it or to break something.
+    pub fn plant(&mut self, axis: u8) -> Option<&mut Plant> {
+        self.units.get_mut(usize::from(axis))?.axis.plant()
+    }
+
     /// Raster steps that were lost because the device was called too late.
     #[must_use]
     pub fn dropped_steps(&self) -> u64 {
@@ -259,14 +283,13 @@ impl Unit {
     fn new(
         profile: &Profile,
         motor: &Motor,
+        servo: ServoConfig,
         schema: &Schema,
         axis: u8,
         now: Instant,
-        plant: &PlantSetup,
     ) -> Self {
         let period = Period::from_nanos(motor.raster_ns).unwrap_or(Period::MILLISECOND);
-        let servo = servo(motor);
-        let drive = SimulatedServo::new(period, ServoConfig { plant: plant.apply(servo.plant), ..servo });
+        let drive = SimulatedServo::new(period, servo);
         Self {
             slots: Slots::new(schema, &profile.bindings, axis),
             units: Units::default(),
@@ -274,6 +297,7 @@ impl Unit {
             motor: motor.clone(),
             axis: Axis::new(period, crate::cia402::limits_of(motor), Box::new(drive)),
             drive: Drive402::new(profile.dialect),
+            is_referenced: false,
             next: Some(now + Duration::from_nanos(period.nanos())),
             shown_fault: None,
         }
@@ -282,10 +306,14 @@ impl Unit {
     /// The drive, and what it works with.
     fn split<'a>(&'a mut self, dictionary: &'a Dictionary) -> (&'a mut Drive402, Context<'a>) {
         let parameters = Parameters { dictionary, slots: &self.slots, units: &self.units };
-        (
-            &mut self.drive,
-            Context { parameters, axis: &mut self.axis, motor: &self.motor, dialect: self.dialect },
-        )
+        let context = Context {
+            parameters,
+            axis: &mut self.axis,
+            motor: &self.motor,
+            dialect: self.dialect,
+            is_referenced: &mut self.is_referenced,
+        };
+        (&mut self.drive, context)
     }
 
     /// Schedules the next step if the axis may do anything.
@@ -299,6 +327,7 @@ impl Unit {
         self.axis.power_off();
         self.axis.reset_fault();
         self.drive = Drive402::new(profile.dialect);
+        self.is_referenced = false;
         self.shown_fault = None;
     }
 

@@ -112,6 +112,8 @@ impl PlantSetup {
                 Input::Home => wiring.home = true,
                 Input::DriveFault => wiring.drive_fault = true,
                 Input::EmergencyStop => wiring.emergency_stop = true,
+                Input::Probe1 => wiring.probe_1 = true,
+                Input::Probe2 => wiring.probe_2 = true,
             }
         }
     }

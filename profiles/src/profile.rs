@@ -104,13 +104,17 @@ impl Profile {
         file::parse(file, text, motor).map(|profile| profile.guarded().with_sheet())
     }
 
-    /// The same profile with the device's own objections to what is written: a mode that the drive does not have.
+    /// The same profile with the device's own objections to what is written: a mode or a homing method that the drive
+    /// does not have.
     fn guarded(mut self) -> Self {
         let mut application = Arc::unwrap_or_clone(self.application);
-        for bound in self.bindings.iter().filter(|b| b.binding == Binding::ModesOfOperation) {
-            let veto: Veto = match self.dialect {
-                Dialect::Cia402 => |_, _, raw| check_mode(raw, Dialect::Cia402),
-                Dialect::Jvl => |_, _, raw| check_mode(raw, Dialect::Jvl),
+        for bound in &self.bindings {
+            let veto: Veto = match (bound.binding, self.dialect) {
+                (Binding::ModesOfOperation, Dialect::Cia402) => |_, _, raw| check_mode(raw, Dialect::Cia402),
+                (Binding::ModesOfOperation, Dialect::Jvl) => |_, _, raw| check_mode(raw, Dialect::Jvl),
+                (Binding::HomingMethod, Dialect::Cia402) => |_, _, raw| check_method(raw, Dialect::Cia402),
+                (Binding::HomingMethod, Dialect::Jvl) => |_, _, raw| check_method(raw, Dialect::Jvl),
+                _ => continue,
             };
             application.set_veto(bound.address, veto);
         }
@@ -165,4 +169,10 @@ impl Profile {
 fn check_mode(raw: u64, dialect: Dialect) -> Result<(), AbortCode> {
     let mode = Mode::from_code(i64::from(raw as u8 as i8)).filter(|mode| mode.is_in(dialect));
     mode.map(|_| ()).ok_or(AbortCode::InvalidValue)
+}
+
+/// Whether a drive of this dialect has the homing method in the low byte of `raw`.
+fn check_method(raw: u64, dialect: Dialect) -> Result<(), AbortCode> {
+    let is_method = crate::cia402::is_homing_method(i64::from(raw as u8 as i8), dialect);
+    if is_method { Ok(()) } else { Err(AbortCode::InvalidValue) }
 }

@@ -163,13 +163,16 @@ impl Switches {
 
     /// The inputs that stick, and the levels they keep.
     pub(super) fn stuck(&self) -> impl Iterator<Item = (Input, bool)> {
-        let Stuck { positive_limit, negative_limit, home, drive_fault, emergency_stop } = self.stuck;
+        let Stuck { positive_limit, negative_limit, home, drive_fault, emergency_stop, probe_1, probe_2 } =
+            self.stuck;
         let all = [
             (Input::PositiveLimit, positive_limit),
             (Input::NegativeLimit, negative_limit),
             (Input::Home, home),
             (Input::DriveFault, drive_fault),
             (Input::EmergencyStop, emergency_stop),
+            (Input::Probe1, probe_1),
+            (Input::Probe2, probe_2),
         ];
         all.into_iter().filter_map(|(input, level)| Some((input, level?)))
     }

@@ -1,6 +1,6 @@
 //! One drive: the state machine and the modes over one axis.
 
-use axis::{Acceleration, Axis, DriveState};
+use axis::{Acceleration, Axis, DriveFault, DriveState};
 
 use super::fault::Fault;
 use super::modes::{Active, ModeBits};
@@ -15,9 +15,16 @@ pub(crate) struct Context<'a> {
     pub(crate) motor: &'a Motor,
     /// Whose drive it is, where vendors differ.
     pub(crate) dialect: Dialect,
+    /// The axis knows its home position.
+    pub(crate) is_referenced: &'a mut bool,
 }
 
 impl Context<'_> {
+    /// Puts the limits of the objects on the axis.
+    pub(crate) fn apply_limits(&mut self) {
+        limits::apply(self.motor, self.parameters, self.axis);
+    }
+
     /// The ramp that ends a motion in its mode.
     pub(crate) fn slow_down_ramp(&self) -> Acceleration {
         let acceleration = self.parameters.or(Binding::ProfileAcceleration, 0);
@@ -90,7 +97,7 @@ impl Drive402 {
 
     /// Acts on objects that were written, the controlword aside.
     pub(crate) fn handle_parameters(&mut self, context: &mut Context<'_>) {
-        limits::apply(context.motor, context.parameters, context.axis);
+        context.apply_limits();
         self.change_mode(context);
         if self.is_operating() {
             self.mode.update(self.word, context);
@@ -232,6 +239,10 @@ impl Drive402 {
         self.state = transition.target();
         self.leaving = None;
         self.is_enabling = false;
+        if transition != Transition::QuickStop {
+            // Homing may have lifted some.
+            context.apply_limits();
+        }
         match transition {
             Transition::Start | Transition::Initialised | Transition::FaultReacted => {}
             Transition::EnableOperation | Transition::Resume => self.begin(context),
@@ -242,6 +253,7 @@ impl Drive402 {
             Transition::FaultOccurred => {
                 context.axis.power_off();
                 let fault = context.axis.status().fault.unwrap_or(axis::Fault::Lost);
+                *context.is_referenced &= !loses_reference(fault);
                 self.fault = Some(Fault::new(fault, self.dialect));
             }
             Transition::FaultReset => {
@@ -265,8 +277,8 @@ impl Drive402 {
         self.state == State::OperationEnabled && self.leaving.is_none() && !is_halted
     }
 
-    /// Takes over 0x6060. JVL's drives wait until they are disabled (module manual, section 4.3.22); others
-    /// ramp the old mode's motion down first.
+    /// Takes over 0x6060. JVL's drives wait until they are disabled, but for the way from a completed homing to profile
+    /// position mode (module manual, section 4.3.22); others ramp the old mode's motion down first.
     fn change_mode(&mut self, context: &mut Context<'_>) {
         let requested =
             Mode::from_code(context.parameters.or(Binding::ModesOfOperation, 0)).unwrap_or(self.mode.mode());
@@ -275,13 +287,21 @@ impl Drive402 {
         }
         if self.state != State::OperationEnabled {
             self.mode = Active::new(requested);
-        } else if self.dialect == Dialect::Cia402 && self.leaving.is_none() {
+        } else if self.leaving.is_none() && self.may_change_to(requested) {
             if context.axis.status().done && context.axis.status().demand.velocity.0 == 0.0 {
                 self.mode = Active::new(requested);
                 self.mode.begin(self.word, context);
             } else {
                 context.axis.stop(context.slow_down_ramp());
             }
+        }
+    }
+
+    /// Whether the mode may change while the drive operates.
+    fn may_change_to(&self, requested: Mode) -> bool {
+        match self.dialect {
+            Dialect::Cia402 => true,
+            Dialect::Jvl => requested == Mode::ProfilePosition && self.mode.is_homed(),
         }
     }
 
@@ -324,6 +344,11 @@ fn quick_stop_deceleration(context: &Context<'_>) -> Option<Acceleration> {
         3 | 4 | 7 | 8 => Some(Acceleration(0.0)),
         _ => None,
     }
+}
+
+/// Whether an axis with this fault no longer knows where it is.
+fn loses_reference(fault: axis::Fault) -> bool {
+    matches!(fault, axis::Fault::Lost | axis::Fault::Drive(DriveFault::Encoder))
 }
 
 /// How hard a halt brakes (0x605D).

@@ -15,6 +15,7 @@ pub(crate) fn of_motor(motor: &Motor) -> Limits {
         velocity: units::from_rpm(i64::from(motor.max_speed_rpm), motor.counts_per_revolution),
         acceleration: axis::Acceleration(radians / TAU * f64::from(motor.counts_per_revolution)),
         jerk: None,
+        deceleration: None,
         torque: axis::Torque(1000.0 * motor.peak_torque_factor),
         position: None,
     }

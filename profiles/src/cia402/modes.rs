@@ -22,6 +22,7 @@ use cyclic_position::CyclicPosition;
 use cyclic_torque::CyclicTorque;
 use cyclic_velocity::CyclicVelocity;
 use homing::Homing;
+pub(crate) use homing::is_method as is_homing_method;
 use interpolated::Interpolated;
 use profile_position::ProfilePosition;
 use profile_torque::ProfileTorque;
@@ -183,6 +184,11 @@ impl Active {
             Self::CyclicVelocity(_) => Mode::CyclicVelocity,
             Self::CyclicTorque(_) => Mode::CyclicTorque,
         }
+    }
+
+    /// Whether it is homing, and that is completed.
+    pub(crate) fn is_homed(&self) -> bool {
+        matches!(self, Self::Homing(homing) if homing.is_completed())
     }
 
     /// Begins anew, with the controlword as it is.

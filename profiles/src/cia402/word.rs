@@ -29,6 +29,11 @@ bitflags! {
     }
 }
 
+impl Controlword {
+    /// hm: start homing or go on with it.
+    pub const HOMING_START: Self = Self::NEW_SET_POINT;
+}
+
 bitflags! {
     /// 0x6041.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,9 +60,9 @@ bitflags! {
         const TARGET_REACHED = 1 << 10;
         /// An internal limit changes the motion.
         const INTERNAL_LIMIT = 1 << 11;
-        /// pp: set-point acknowledge; pv: speed is zero.
+        /// pp: set-point acknowledge; pv: speed is zero; hm: homing attained.
         const MODE_12 = 1 << 12;
-        /// pp: following error.
+        /// pp: following error; hm: homing error.
         const MODE_13 = 1 << 13;
     }
 }

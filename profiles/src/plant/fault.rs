@@ -54,6 +54,8 @@ pub const INPUTS: &Words<Input> = &[
     ("home", Input::Home),
     ("drive-fault", Input::DriveFault),
     ("emergency-stop", Input::EmergencyStop),
+    ("probe-1", Input::Probe1),
+    ("probe-2", Input::Probe2),
 ];
 
 const LEVELS: &Words<bool> = &[("high", true), ("low", false)];

@@ -11,11 +11,17 @@ fn read(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// The sources in which the tests of `crate/file` stand: one file, or a folder of them.
+/// The sources in which the tests of `crate/file` stand: one file, a folder of them, or a module with its own tests.
 fn sources(name: &str, file: &str) -> String {
     let single = root().join(format!("{name}/tests/{file}.rs"));
     if let Ok(text) = fs::read_to_string(single) {
         return text;
+    }
+    let module = [format!("{name}/src/{file}.rs"), format!("{name}/src/{file}/tests.rs")];
+    let module: String =
+        module.iter().filter_map(|path| fs::read_to_string(root().join(path)).ok()).collect();
+    if !module.is_empty() {
+        return module;
     }
     let folder = root().join(format!("{name}/tests/{file}"));
     let files = fs::read_dir(&folder).unwrap_or_else(|_| panic!("there are no tests {name}/{file}"));

@@ -115,8 +115,8 @@ mod tests {
     #[test]
     fn the_counter_wraps_at_the_turn_and_below_zero() {
         let travel = Travel::Circular(turn(1000.0));
-        let wrapped = [0.0, 999.0, 1000.0, -1.0, 2500.0, -1e-18].map(|p| travel.wrap(Position(p)).0);
-        assert_eq!(wrapped, [0.0, 999.0, 0.0, 999.0, 500.0, 0.0]);
+        let wrapped = [0.0, 999.0, 1000.0, -1.0, 2500.0, -1e-18].map(|p| travel.wrap(Position(p)));
+        assert_eq!(wrapped, [0.0, 999.0, 0.0, 999.0, 500.0, 0.0].map(Position));
         assert_eq!(Travel::Linear.wrap(Position(-1.0)), Position(-1.0));
     }
 

@@ -88,7 +88,7 @@ fn behind_a_narrow_switch_the_axis_remembers_unless_told_otherwise() {
         let status = complete(&mut axis, Order::MoveTo(Position(52_000.0), PROFILE));
         assert_eq!(status.limited, !is_open, "{behind_limit:?}");
         let status = complete(&mut axis, Order::MoveTo(Position(40_000.0), PROFILE));
-        assert_eq!(status.limited, false);
+        assert!(!status.limited);
     }
 }
 
@@ -197,15 +197,15 @@ fn a_torque_ends_at_a_limit_and_never_drives_above_the_highest_speed() {
         axis.order(push);
         axis.status().done
     });
-    let torques = [5, 10, 5].map(|steps| run(&mut axis, steps).actual.torque.0.round());
-    assert_eq!(torques, [5.0, 15.0, 20.0]);
+    let torques = [5, 10, 5].map(|steps| Torque(run(&mut axis, steps).actual.torque.0.round()));
+    assert_eq!(torques, [5.0, 15.0, 20.0].map(Torque));
     let status = run(&mut axis, 2000);
     assert!(status.done && status.actual.velocity <= Velocity(50_000.0), "{status:?}");
     let end = status.actual.position.0 + 20_000.0;
     axis.set_limits(axis::Limits { position: range(-1e9, end), ..*axis.limits() });
     let status = run_until(&mut axis, |status| status.done && status.limited);
     assert!(status.demand.position.0 <= end && status.demand.position.0 > end - 1000.0, "{status:?}");
-    assert_eq!(run(&mut axis, 100).actual.velocity.0.floor(), 0.0);
+    assert!((0.0..1.0).contains(&run(&mut axis, 100).actual.velocity.0));
 }
 
 #[test]

@@ -53,9 +53,9 @@ mod tests {
         let mut push = Push::new(Torque(-250.0), 100.0, Torque(0.0));
         let torques = [(); 4].map(|()| {
             push.step();
-            push.torque().0
+            push.torque()
         });
-        assert_eq!(torques, [-100.0, -200.0, -250.0, -250.0]);
+        assert_eq!(torques, [-100.0, -200.0, -250.0, -250.0].map(Torque));
         assert!(push.is_done());
     }
 

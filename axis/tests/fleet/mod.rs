@@ -78,15 +78,18 @@ impl Member {
             }
         };
         let mut axis = Axis::with_generator_cycle(self.period(), cycle, self.limits(), self.drive());
+        axis.set_offset(Position(0.0 - self.start()));
         axis.set_travel(self.travel());
         axis.set_guard(self.guard());
         axis.set_following_error_limit(Some(Position(self.size().way / 4.0)));
         axis.set_power_delays(PowerDelays { on: self.number % 3, off: self.number % 5 });
-        axis.set_target_window(
-            (self.number % 2 == 0).then_some(TargetWindow { radius: Position(20.0), steps: 5 }),
-        );
+        axis.set_target_window(self.is_even().then_some(TargetWindow { radius: Position(20.0), steps: 5 }));
         axis.set_stepping(self.stepping());
         axis
+    }
+
+    fn is_even(&self) -> bool {
+        self.number.is_multiple_of(2)
     }
 
     fn is_stepper(&self) -> bool {
@@ -95,7 +98,7 @@ impl Member {
 
     fn stepping(&self) -> Option<Stepping> {
         let creep = Creep { distance: Position(20.0), velocity: Velocity(200.0) };
-        let creep = (self.number % 2 == 0).then_some(creep);
+        let creep = self.is_even().then_some(creep);
         self.is_stepper().then_some(Stepping { start_stop: Velocity(400.0), creep })
     }
 
@@ -105,7 +108,7 @@ impl Member {
             velocity: Velocity(velocity),
             acceleration: Acceleration(acceleration),
             jerk: (self.number % 5 == 2).then_some(Jerk(jerk)),
-            position: PositionRange::new(Position(-way), Position(way)).filter(|_| self.number % 2 == 0),
+            position: PositionRange::new(Position(-way), Position(way)).filter(|_| self.is_even()),
             ..Limits::default()
         }
     }
@@ -120,7 +123,7 @@ impl Member {
     }
 
     fn guard(&self) -> Guard {
-        let is_odd = self.number % 2 == 1;
+        let is_odd = !self.is_even();
         let reaction = if is_odd { Reaction::Brake } else { Reaction::Coast };
         Guard {
             behind_limit: if is_odd { BehindLimit::Open } else { BehindLimit::Closed },
@@ -132,18 +135,25 @@ impl Member {
         }
     }
 
+    /// Where the plant starts: in the middle of the range of an absolute encoder.
+    fn start(&self) -> f64 {
+        if self.kind == Kind::Ssi { 131_072.0 } else { 0.0 }
+    }
+
     fn plant(&self) -> PlantConfig {
         let (way, number) = (self.size().way, self.number);
-        let has_switches = number % 3 == 0;
-        let end = |share: f64| has_switches.then_some(Position(way * share));
+        let has_switches = number.is_multiple_of(3);
+        let place = |share: f64| Position(self.start() + way * share);
+        let end = |share: f64| has_switches.then_some(place(share));
         let noise = Noise { encoder: 1.5, velocity: 40.0, seed: u64::from(number) };
         PlantConfig {
+            start: Position(self.start()),
             positive_switch: end(0.9),
             negative_switch: end(-0.9),
-            limit_switch_width: (number % 6 == 0).then_some(Position(way / 50.0)),
-            home_switch: PositionRange::new(Position(way * 0.1), Position(way * 0.12)),
+            limit_switch_width: number.is_multiple_of(6).then_some(Position(way / 50.0)),
+            home_switch: PositionRange::new(place(0.1), place(0.12)),
             hysteresis: Position(3.0),
-            stops: PositionRange::new(Position(-way * 1.5), Position(way * 1.5)).filter(|_| has_switches),
+            stops: PositionRange::new(place(-1.5), place(1.5)).filter(|_| has_switches),
             backlash: Position(if number % 7 == 3 { 12.0 } else { 0.0 }),
             noise: if number % 4 == 1 { noise } else { Noise::default() },
             thermal: (number % 4 == 1).then(Thermal::default),

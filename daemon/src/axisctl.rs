@@ -10,7 +10,7 @@ use clap::{Parser, Subcommand};
 
 use crate::cli::{Failure, conclude};
 use crate::commands::print;
-use crate::control::{Request, Response, default_places};
+use crate::control::{self, Request, Response, default_places};
 use crate::status::{self, Status};
 
 /// How long the daemon may take.
@@ -35,6 +35,38 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Break and repair the simulated machine behind the axes
+    #[command(subcommand)]
+    Fault(Fault),
+}
+
+#[derive(Debug, Subcommand)]
+enum Fault {
+    /// Break something: encoder-break, blocked-shaft, stuck-switch:INPUT=LEVEL, drive-fault:CAUSE, supply-dip:VOLTS
+    Inject {
+        /// Name of the device
+        device: String,
+        /// What breaks, such as blocked-shaft or stuck-switch:positive-limit=high
+        fault: String,
+        /// Number of the axis, from 1 [default: every axis of the device]
+        #[arg(long, value_name = "N")]
+        axis: Option<usize>,
+    },
+    /// Repair something; its voltage, level or cause may be left out
+    Clear {
+        /// Name of the device
+        device: String,
+        /// What is repaired, such as supply-dip, or all
+        fault: String,
+        /// Number of the axis, from 1 [default: every axis of the device]
+        #[arg(long, value_name = "N")]
+        axis: Option<usize>,
+    },
+    /// Show what is broken
+    List {
+        /// Name of the device [default: every device]
+        device: Option<String>,
+    },
 }
 
 /// Runs the command that the process was started with.
@@ -43,6 +75,7 @@ pub fn main() -> ExitCode {
     let places = socket.map_or_else(default_places, |socket| vec![socket]);
     let done = match command {
         Command::Status { json } => show_status(&places, json),
+        Command::Fault(fault) => show_faults(&places, fault),
     };
     conclude("axisctl", done)
 }
@@ -50,10 +83,33 @@ pub fn main() -> ExitCode {
 fn show_status(places: &[PathBuf], as_json: bool) -> Result<(), Failure> {
     let status = match ask(places, &Request::Status {})? {
         Response::Status(status) => status,
-        Response::Error(error) => return Err(Failure::Other(error)),
+        other => return Err(refusal(other)),
     };
     let text = if as_json { json(&status)? } else { status::text(&status) };
     print(&text)
+}
+
+/// Does what is asked and shows what is then broken.
+fn show_faults(places: &[PathBuf], fault: Fault) -> Result<(), Failure> {
+    let request = match fault {
+        Fault::Inject { device, fault, axis } => Request::FaultInject { device, axis, fault },
+        Fault::Clear { device, fault, axis } => Request::FaultClear { device, axis, fault },
+        Fault::List { device } => Request::FaultList { device },
+    };
+    match ask(places, &request)? {
+        Response::Faults(faults) => print(&control::text(&faults)),
+        other => Err(refusal(other)),
+    }
+}
+
+/// Why there is no answer to what was asked.
+fn refusal(response: Response) -> Failure {
+    match response {
+        Response::Error(error) => Failure::Other(error),
+        Response::Status(_) | Response::Faults(_) => {
+            Failure::Other("the daemon answers something else than it was asked".to_owned())
+        }
+    }
 }
 
 fn json(status: &Status) -> Result<String, Failure> {

@@ -13,6 +13,7 @@
 //!   the kernel does not hand a socket its own frames.
 
 mod deadlines;
+mod plant;
 mod storage;
 mod time;
 mod view;
@@ -26,7 +27,7 @@ use canopen::{
     BusState, Cause, Emergency, ErrorRegister, Event, Frame, Id, NmtState, Node, NodeError, Router,
 };
 use od::Instant;
-use profiles::{Device, DeviceEvent, Profile};
+use profiles::{Device, DeviceEvent, PlantSetup, Profile};
 use thiserror::Error;
 
 use deadlines::Deadlines;
@@ -46,6 +47,8 @@ pub struct Plan {
     pub profile: Arc<Profile>,
     /// The links it is a node of, with its Node-ID there.
     pub nodes: Vec<(LinkId, u8)>,
+    /// What is behind its axes.
+    pub plant: PlantSetup,
 }
 
 /// A profile that cannot be built.
@@ -182,7 +185,7 @@ impl Core {
         }
         // Defaults of the application that depend on a Node-ID follow the first.
         let node_id = plan.nodes.first().map_or(0, |(_, node_id)| *node_id);
-        let device = Device::new(Arc::clone(&plan.profile), node_id, now);
+        let device = Device::with_plant(Arc::clone(&plan.profile), node_id, now, &plan.plant);
         self.units.push(Unit { device, members: first..self.members.len(), storing: None });
         Ok(())
     }

@@ -14,7 +14,7 @@ use tokio::sync::mpsc;
 
 use crate::alarm::Alarm;
 use crate::clock::Clock;
-use crate::control::Publisher;
+use crate::control::{Inbox, Publisher};
 use crate::core::{Core, LinkId};
 use crate::link::{LONGEST_BLOCK, Link, Patience, Received, SocketCan};
 use crate::reporter::Reporter;
@@ -30,6 +30,8 @@ const LONGEST_RAMP: Duration = Duration::from_secs(5);
 const FAREWELL: Duration = Duration::from_millis(100);
 /// Frames of clients that are taken before everything else has its turn again.
 const CLIENT_BATCH: usize = 64;
+/// Orders that are carried out before everything else has its turn again.
+const ORDER_BATCH: usize = 4;
 /// How much later than [`LONGEST_BLOCK`] a deadline must be for a sleep in the receiving system call, whose
 /// time-out is only as fine as the kernel's tick.
 const MARGIN: Duration = Duration::from_millis(50);
@@ -51,6 +53,8 @@ pub(crate) struct CoreLoop {
     pub(crate) storage: Storage,
     /// Where the status goes, if there is a control socket.
     pub(crate) publisher: Option<Publisher>,
+    /// Where orders come from, if there is a control socket.
+    pub(crate) inbox: Option<Inbox>,
     pub(crate) turns_without_clock: u32,
 }
 
@@ -92,7 +96,7 @@ impl CoreLoop {
                     }
                 }
             }
-            has_backlog = self.take_from_clients(now);
+            has_backlog = self.take_from_clients(now) | self.carry_out_orders(now);
             self.transmit(now);
             self.do_what_is_due(now);
             self.serve_storage(now);
@@ -213,6 +217,20 @@ impl CoreLoop {
                 link.send(now, Some(client), &frame);
             }
             self.core.handle_frame(now, link, &frame);
+        }
+        true
+    }
+
+    /// Does what is ordered by the control socket. Whether there may be more.
+    fn carry_out_orders(&mut self, now: Instant) -> bool {
+        let Self { inbox: Some(inbox), core, reporter, .. } = self else { return false };
+        for _ in 0..ORDER_BATCH {
+            let Some(errand) = inbox.poll() else { return false };
+            let outcome = errand.order.carry_out(now, core, reporter.devices());
+            if let (Ok(_), Some((device, change))) = (&outcome, errand.order.change()) {
+                reporter.ordered(now, device, &change);
+            }
+            errand.conclude(outcome);
         }
         true
     }

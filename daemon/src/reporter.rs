@@ -103,6 +103,14 @@ impl Reporter {
         }
     }
 
+    /// Says what somebody has done to a device, by its name.
+    pub(crate) fn ordered(&mut self, now: Instant, device: &str, change: &str) {
+        let Some(number) = self.devices().position(|name| name == device) else { return };
+        if let Some(suppressed) = self.limiter.admit(now, Subject::Device(number), "ordered") {
+            info!("{device}: {change}{}", left_out(suppressed));
+        }
+    }
+
     fn device(&self, number: usize) -> (&str, Dialect) {
         self.devices.get(number).map_or(("?", Dialect::default()), |(name, dialect)| (name, *dialect))
     }

@@ -21,7 +21,7 @@ use crate::alarm::Alarm;
 use crate::cli::Failure;
 use crate::clock::Clock;
 use crate::commands;
-use crate::control::{self, ControlSocket, Reader};
+use crate::control::{self, ControlSocket, Orders, Reader};
 use crate::core::{Core, LinkId, Plan};
 use crate::core_loop::CoreLoop;
 use crate::demo;
@@ -89,7 +89,9 @@ fn start(
     }
     let (publisher, reader) = control::board(alarm.bell());
     let publisher = control.is_some().then_some(publisher);
-    let control = control.map(|listener| (listener, reader));
+    let (inbox, orders) = control::orders(alarm.bell());
+    let inbox = control.is_some().then_some(inbox);
+    let control = control.map(|listener| (listener, reader, orders));
     let clients = serve_clients(listening, control, &alarm, clock).map_err(other)?;
     let devices: Vec<String> = gateway.devices.iter().map(|device| device.name.clone()).collect();
     let dialects = gateway.devices.iter().map(|device| (device.name.clone(), device.profile.dialect));
@@ -108,6 +110,7 @@ fn start(
         reporter,
         storage,
         publisher,
+        inbox,
         turns_without_clock: 0,
     })
 }
@@ -152,6 +155,7 @@ fn plans(gateway: &Gateway) -> Vec<Plan> {
     let plan = |device: &config::Device| Plan {
         profile: Arc::clone(&device.profile),
         nodes: device.on.iter().map(|place| (LinkId(place.bus as u16), place.node_id)).collect(),
+        plant: device.plant.clone(),
     };
     gateway.devices.iter().map(plan).collect()
 }
@@ -202,7 +206,7 @@ fn control_socket(gateway: &Gateway) -> Result<Option<(ControlSocket, UnixListen
 /// Serves the clients of the socketcand ports and of the control socket; what the former send comes out.
 fn serve_clients(
     listening: Vec<Listening>,
-    control: Option<(UnixListener, Reader)>,
+    control: Option<(UnixListener, Reader, Orders)>,
     alarm: &Alarm,
     clock: Clock,
 ) -> io::Result<Option<mpsc::Receiver<Inbound>>> {
@@ -211,7 +215,7 @@ fn serve_clients(
     if clients.is_some() || control.is_some() {
         services::serve(|| {
             socketcand::serve(listening, &to_core, clock)?;
-            control.map_or(Ok(()), |(listener, reader)| control::serve(listener, reader))
+            control.map_or(Ok(()), |(listener, reader, orders)| control::serve(listener, reader, orders))
         })?;
     }
     Ok(clients)

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 pub use collect::devices;
 pub(crate) use collect::status;
+pub(crate) use table::table;
 pub use table::text;
 
 /// All of it.
@@ -77,6 +78,9 @@ pub struct Axis {
     pub velocity_counts_s: f64,
     /// The fault, if any.
     pub fault: Option<Fault>,
+    /// What is broken in its simulated plant, by order or by schedule, as `axisctl fault` says it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub plant_faults: Vec<String>,
 }
 
 /// An error that stands.

@@ -11,7 +11,9 @@ use std::thread;
 use std::time::Duration;
 
 use daemon::alarm::Alarm;
-use daemon::control::{ControlSocket, Publisher, Response, board, serve};
+use daemon::control::{
+    AxisFaults, ControlSocket, Errand, Inbox, Order, Publisher, Response, board, orders, serve,
+};
 use daemon::services;
 use daemon::status::Status;
 use od::Instant;
@@ -50,6 +52,7 @@ impl Drop for Directory {
 struct Server {
     directory: Directory,
     publisher: Publisher,
+    inbox: Inbox,
     _socket: ControlSocket,
     _alarm: Alarm,
 }
@@ -59,13 +62,24 @@ impl Server {
         let directory = Directory::new();
         let alarm = Alarm::new().unwrap();
         let (publisher, reader) = board(alarm.bell());
+        let (inbox, orders) = orders(alarm.bell());
         let (socket, listener) = ControlSocket::bind(&directory.socket()).unwrap();
-        services::serve(|| serve(listener, reader)).unwrap();
-        Self { directory, publisher, _socket: socket, _alarm: alarm }
+        services::serve(|| serve(listener, reader, orders)).unwrap();
+        Self { directory, publisher, inbox, _socket: socket, _alarm: alarm }
     }
 
     fn client(&self) -> Client {
         Client::connect(&self.directory.socket())
+    }
+
+    /// The next order that reaches the core.
+    fn order(&mut self) -> Errand {
+        loop {
+            match self.inbox.poll() {
+                Some(errand) => return errand,
+                None => thread::yield_now(),
+            }
+        }
     }
 
     /// Plays a core that gives one status after the other as soon as it may; `calls` in all.
@@ -109,7 +123,7 @@ impl Client {
         self.say(&format!("{request}\n"));
         match serde_json::from_str(&self.hear()).unwrap() {
             Response::Error(error) => error,
-            Response::Status(status) => panic!("{status:?}"),
+            other => panic!("{other:?}"),
         }
     }
 }
@@ -117,7 +131,7 @@ impl Client {
 fn uptime(line: &str) -> u64 {
     match serde_json::from_str(line).unwrap() {
         Response::Status(status) => status.uptime_s,
-        Response::Error(error) => panic!("{error}"),
+        other => panic!("{other:?}"),
     }
 }
 
@@ -181,6 +195,64 @@ fn what_is_not_understood_is_said_and_the_connection_goes_on() {
     client.say("{\"request\":\"status\"}\n");
     assert_eq!(uptime(&client.hear()), 1);
     core.join().unwrap();
+}
+
+#[test]
+fn an_order_reaches_the_core_and_its_outcome_comes_back() {
+    let mut server = Server::start();
+    let mut client = server.client();
+    client.say("{\"request\":\"fault-inject\",\"device\":\"x\",\"fault\":\"supply-dip:10\",\"axis\":2}\n");
+    let errand = server.order();
+    let (device, fault) = ("x".to_owned(), "supply-dip:10".parse().unwrap());
+    assert_eq!(errand.order, Order::Inject { device, axis: Some(2), fault });
+    let faults = vec!["supply-dip:10".to_owned()];
+    errand.conclude(Ok(vec![AxisFaults { device: "x".to_owned(), axis: 2, faults }]));
+    assert_eq!(
+        client.hear(),
+        "{\"faults\":[{\"device\":\"x\",\"axis\":2,\"faults\":[\"supply-dip:10\"]}]}\n"
+    );
+
+    client.say("{\"request\":\"fault-clear\",\"device\":\"y\",\"fault\":\"all\"}\n");
+    let errand = server.order();
+    let (device, repair) = ("y".to_owned(), "all".parse().unwrap());
+    assert_eq!(errand.order, Order::Repair { device, axis: None, repair });
+    errand.conclude(Err("no device `y`".to_owned()));
+    assert_eq!(client.hear(), "{\"error\":\"no device `y`\"}\n");
+
+    client.say("{\"request\":\"fault-list\"}\n");
+    let errand = server.order();
+    assert_eq!(errand.order, Order::List { device: None });
+    errand.conclude(Ok(Vec::new()));
+    assert_eq!(client.hear(), "{\"faults\":[]}\n");
+}
+
+#[test]
+fn an_order_that_makes_no_sense_does_not_reach_the_core() {
+    let mut server = Server::start();
+    let mut client = server.client();
+    let wrong = "{\"request\":\"fault-inject\",\"device\":\"x\",\"fault\":\"blocked-shft\"}";
+    assert!(client.refused(wrong).starts_with("unknown fault `blocked-shft`; did you mean `blocked-shaft`?"));
+    assert!(
+        client.refused("{\"request\":\"fault-inject\",\"device\":\"x\"}").contains("missing field `fault`")
+    );
+    assert!(server.inbox.poll().is_none());
+}
+
+#[test]
+fn an_order_that_finds_no_place_or_no_core_is_refused_at_once() {
+    let alarm = Alarm::new().unwrap();
+    let (inbox, orders) = orders(alarm.bell());
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build();
+    let list = || orders.place(Order::List { device: None });
+    runtime.unwrap().block_on(async {
+        // A core that does nothing for too long: each of these gives up, but its order stays.
+        for _ in 0..16 {
+            assert_eq!(list().await, Err("the core does not answer".to_owned()));
+        }
+        assert_eq!(list().await, Err("too many orders wait".to_owned()));
+        drop(inbox);
+        assert_eq!(list().await, Err("the core does not answer".to_owned()));
+    });
 }
 
 #[test]

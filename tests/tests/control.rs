@@ -70,6 +70,61 @@ fn a_flood_of_emergencies_costs_one_line_a_second_and_all_are_counted() {
     assert!(has_line(&text, "EMCY received: 21", ""), "{text}");
 }
 
+/// What `axisctl fault` prints.
+fn fault(socket: &str, arguments: &[&str]) -> String {
+    let output = axisctl(&[&["--socket", socket, "fault"], arguments].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("it speaks UTF-8")
+}
+
+#[test]
+fn axisctl_breaks_a_machine_whose_axis_sleeps_shows_it_and_repairs_it() {
+    let (port, dir) = (free_port(), TempDir::new());
+    let (mut daemon, socket) = daemon(port, &dir);
+    let mut client = Client::raw(port);
+    let nothing = "DEVICE  AXIS  FAULTS\nx-axis     1  -\n";
+    assert_eq!(fault(&socket, &["list"]), nothing);
+
+    let broken = "DEVICE  AXIS  FAULTS\nx-axis     1  drive-fault:over-current, supply-dip:10\n";
+    fault(&socket, &["inject", "x-axis", "supply-dip:10"]);
+    assert_eq!(fault(&socket, &["inject", "x-axis", "drive-fault:over-current", "--axis", "1"]), broken);
+
+    assert!(client.frame().starts_with("081 0110"), "an EMCY with JVL's code of a motor error");
+    daemon.logged("x-axis: fault supply-dip:10 injected");
+    daemon.logged("x-axis: fault 0x1001");
+    assert_eq!(fault(&socket, &["list", "x-axis"]), broken);
+    let text = status(&socket, &[]);
+    assert!(has_line(&text, "x-axis, axis 1: simulated faults:", "supply-dip:10"), "{text}");
+
+    fault(&socket, &["clear", "x-axis", "supply-dip"]);
+    assert_eq!(fault(&socket, &["clear", "x-axis", "all"]), nothing);
+    assert!(!status(&socket, &[]).contains("simulated faults"));
+}
+
+#[test]
+fn axisctl_says_what_is_wrong_with_a_fault_and_ends_with_1() {
+    let dir = TempDir::new();
+    let (_daemon, socket) = daemon(free_port(), &dir);
+    let refused = |arguments: &[&str]| {
+        let output = axisctl(&[&["--socket", &socket, "fault"], arguments].concat());
+        (output.status.code(), String::from_utf8(output.stderr).expect("it speaks UTF-8"))
+    };
+    let error = |text: &str| (Some(1), format!("axisctl: {text}\n"));
+
+    let unknown = "unknown fault `block-shaft`; did you mean `blocked-shaft`? \
+                   known: encoder-break, blocked-shaft, stuck-switch, drive-fault, supply-dip";
+    assert_eq!(refused(&["inject", "x-axis", "block-shaft"]), error(unknown));
+    let unknown = "no device `x`; there are: x-axis, reference";
+    assert_eq!(refused(&["inject", "x", "blocked-shaft"]), error(unknown));
+    assert_eq!(refused(&["list", "x"]), error(unknown));
+    let unknown = "device `x-axis` has no axis 2, only axis 1";
+    assert_eq!(refused(&["clear", "x-axis", "all", "--axis", "2"]), error(unknown));
+    assert_eq!(refused(&["inject", "reference", "blocked-shaft"]), error("device `reference` has no axis"));
+
+    assert_eq!(refused(&["inject", "x-axis"]).0, Some(2));
+    assert_eq!(refused(&["mend", "x-axis", "all"]).0, Some(2));
+}
+
 #[test]
 fn axisctl_prints_the_same_as_json() {
     let (port, dir) = (free_port(), TempDir::new());

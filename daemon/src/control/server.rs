@@ -10,7 +10,7 @@ use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::Semaphore;
 use tokio::time::{sleep, timeout};
 
-use super::{Reader, Request, Response};
+use super::{Order, Orders, Reader, Request, Response};
 
 /// Clients at the same time.
 const MAX_CLIENTS: usize = 16;
@@ -21,16 +21,23 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// How long a client may say nothing.
 const LONGEST_SILENCE: Duration = Duration::from_secs(60);
 
+/// What there is between a client and the core.
+#[derive(Clone, Debug)]
+struct ToCore {
+    reader: Reader,
+    orders: Orders,
+}
+
 /// Answers whoever connects to `listener`, in the runtime that this is called in.
 ///
 /// # Errors
 /// The runtime does not take the socket.
-pub fn serve(listener: net::UnixListener, reader: Reader) -> io::Result<()> {
-    tokio::spawn(accept(UnixListener::from_std(listener)?, reader));
+pub fn serve(listener: net::UnixListener, reader: Reader, orders: Orders) -> io::Result<()> {
+    tokio::spawn(accept(UnixListener::from_std(listener)?, ToCore { reader, orders }));
     Ok(())
 }
 
-async fn accept(listener: UnixListener, reader: Reader) {
+async fn accept(listener: UnixListener, to_core: ToCore) {
     let places = Arc::new(Semaphore::new(MAX_CLIENTS));
     loop {
         let Ok((mut stream, _)) = listener.accept().await else {
@@ -43,17 +50,17 @@ async fn accept(listener: UnixListener, reader: Reader) {
             let _ = say(&mut stream, &Response::Error("too many clients".to_owned())).await;
             continue;
         };
-        let reader = reader.clone();
+        let to_core = to_core.clone();
         tokio::spawn(async move {
             // However a connection ends, it is over.
-            let _ = talk(stream, reader).await;
+            let _ = talk(stream, to_core).await;
             drop(place);
         });
     }
 }
 
 /// Answers one client, line by line, until it leaves.
-async fn talk(stream: UnixStream, mut reader: Reader) -> io::Result<()> {
+async fn talk(stream: UnixStream, mut to_core: ToCore) -> io::Result<()> {
     let mut stream = BufReader::new(stream);
     let mut line = Vec::new();
     loop {
@@ -68,21 +75,36 @@ async fn talk(stream: UnixStream, mut reader: Reader) -> io::Result<()> {
                 return say(stream.get_mut(), &response).await;
             }
             request => {
-                let response = answer(request, &mut reader).await;
+                let response = answer(request, &mut to_core).await;
                 say(stream.get_mut(), &response).await?;
             }
         }
     }
 }
 
-async fn answer(request: &[u8], reader: &mut Reader) -> Response {
-    match serde_json::from_slice(request) {
-        Ok(Request::Status {}) => match reader.read().await {
-            Some(status) => Response::Status(status),
-            None => Response::Error("the core does not answer".to_owned()),
-        },
-        Err(error) => Response::Error(format!("not understood: {error}")),
+async fn answer(request: &[u8], ToCore { reader, orders }: &mut ToCore) -> Response {
+    let order = match serde_json::from_slice(request) {
+        Ok(Request::Status {}) => {
+            let status = reader.read().await;
+            return status.map_or_else(|| error("the core does not answer"), Response::Status);
+        }
+        Ok(Request::FaultInject { device, axis, fault }) => {
+            fault.parse().map(|fault| Order::Inject { device, axis, fault })
+        }
+        Ok(Request::FaultClear { device, axis, fault }) => {
+            fault.parse().map(|repair| Order::Repair { device, axis, repair })
+        }
+        Ok(Request::FaultList { device }) => Ok(Order::List { device }),
+        Err(wrong) => return error(format!("not understood: {wrong}")),
+    };
+    match order {
+        Ok(order) => orders.place(order).await.map_or_else(error, Response::Faults),
+        Err(unknown) => error(unknown.to_string()),
     }
+}
+
+fn error(text: impl Into<String>) -> Response {
+    Response::Error(text.into())
 }
 
 async fn say(stream: &mut UnixStream, response: &Response) -> io::Result<()> {

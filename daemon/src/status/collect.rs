@@ -60,7 +60,14 @@ pub fn devices<'n>(
         Device {
             name: name.to_owned(),
             profile: device.profile().name.clone(),
-            axes: device.axes().map(|status| axis(&status, dialect)).collect(),
+            axes: device
+                .axes()
+                .enumerate()
+                .map(|(number, status)| Axis {
+                    plant_faults: device.plant_faults(number).map(|fault| fault.to_string()).collect(),
+                    ..axis(&status, dialect)
+                })
+                .collect(),
             nodes: nodes
                 .map(|(LinkId(link), own)| {
                     let bus = buses.get(usize::from(link)).copied().unwrap_or("?");
@@ -81,6 +88,7 @@ fn axis(status: &AxisStatus, dialect: Dialect) -> Axis {
         position_counts: status.position.0,
         velocity_counts_s: status.velocity.0,
         fault: status.fault.map(|fault| self::fault(fault.code, dialect)),
+        plant_faults: Vec::new(),
     }
 }
 

@@ -14,6 +14,7 @@ pub fn text(status: &Status) -> String {
         for node in &device.nodes {
             text += &trouble(&device.name, node);
         }
+        text += &broken(device);
         if device.dropped_steps > 0 {
             let _ = writeln!(
                 text,
@@ -94,6 +95,15 @@ fn trouble(device: &str, node: &Node) -> String {
     format!("\n{device}, node {} on {}:\n{lines}", node.node_id, node.bus)
 }
 
+/// What is broken in the simulated plants of a device; nothing if nothing is.
+fn broken(device: &Device) -> String {
+    let axes = (1..).zip(&device.axes).filter(|(_, axis)| !axis.plant_faults.is_empty());
+    let line = |(number, axis): (usize, &Axis)| {
+        format!("\n{}, axis {number}: simulated faults: {}\n", device.name, axis.plant_faults.join(", "))
+    };
+    axes.map(line).collect()
+}
+
 fn counted(counters: &Counters) -> [(u64, &'static str); 7] {
     [
         (counters.short_rpdos, "RPDOs too short, not taken"),
@@ -137,7 +147,7 @@ fn age(millis: u64) -> String {
 }
 
 /// Lines of columns under their heads; a head that begins with `>` has its column on the right.
-fn table<const COLUMNS: usize>(head: &[&str; COLUMNS], rows: &[[String; COLUMNS]]) -> String {
+pub(crate) fn table<const COLUMNS: usize>(head: &[&str; COLUMNS], rows: &[[String; COLUMNS]]) -> String {
     let names = head.map(|name| name.trim_start_matches('>').to_owned());
     let mut widths = [0; COLUMNS];
     for row in core::iter::once(&names).chain(rows) {

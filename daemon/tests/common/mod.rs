@@ -7,7 +7,7 @@ use std::time::Duration;
 use canopen::{Frame, Id};
 use daemon::core::{Core, LinkId, Plan};
 use od::Instant;
-use profiles::Profile;
+use profiles::{PlantSetup, Profile};
 
 /// The first link.
 pub(crate) const LINK: LinkId = LinkId(0);
@@ -47,6 +47,7 @@ impl Bench {
         let plan = |nodes: &&[(u16, u8)]| Plan {
             profile: Arc::clone(profile),
             nodes: nodes.iter().map(|(link, node_id)| (LinkId(*link), *node_id)).collect(),
+            plant: PlantSetup::default(),
         };
         let plans: Vec<Plan> = devices.iter().map(plan).collect();
         let now = Instant::from_nanos(1_000_000_000);

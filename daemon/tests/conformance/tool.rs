@@ -6,7 +6,7 @@ use std::time::Duration;
 use canopen::{Frame, Id};
 use daemon::core::{Core, LinkId, Plan};
 use od::{AbortCode, Address, Entry, Instant};
-use profiles::Profile;
+use profiles::{PlantSetup, Profile};
 
 const LINK: LinkId = LinkId(0);
 
@@ -28,7 +28,8 @@ impl Tool {
     /// The device before power-on.
     pub(crate) fn off() -> Self {
         let profile = Arc::new(Profile::embedded("canopen-reference", None).unwrap().unwrap());
-        let plan = Plan { profile: Arc::clone(&profile), nodes: vec![(LINK, 1)] };
+        let plan =
+            Plan { profile: Arc::clone(&profile), nodes: vec![(LINK, 1)], plant: PlantSetup::default() };
         let now = Instant::from_nanos(1_000_000_000);
         Self { profile, core: Core::new(1, &[plan], now).unwrap(), now }
     }

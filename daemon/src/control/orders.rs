@@ -1,0 +1,80 @@
+//! The queue by which orders reach the core, and their outcomes come back.
+//!
+//! It is bounded, and neither end ever waits for the other: a client whose order finds no place is told so, and the core
+//! looks in each of its turns whether there is one. While nobody orders anything, that look is all.
+
+use core::time::Duration;
+
+use tokio::sync::mpsc::error::TrySendError;
+use tokio::sync::{mpsc, oneshot};
+use tokio::time::timeout;
+
+use super::faults::{Order, Outcome};
+use crate::alarm::Bell;
+
+/// Orders that may wait.
+const CAPACITY: usize = 16;
+/// How long the core may take: more than it ever sleeps in a receiving system call.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// The core's end.
+#[derive(Debug)]
+pub struct Inbox(mpsc::Receiver<Errand>);
+
+/// An order whose outcome somebody waits for.
+#[derive(Debug)]
+pub struct Errand {
+    /// What is to be done.
+    pub order: Order,
+    outcome: oneshot::Sender<Outcome>,
+}
+
+/// The end of whoever orders.
+#[derive(Clone, Debug)]
+pub struct Orders {
+    errands: mpsc::Sender<Errand>,
+    bell: Bell,
+}
+
+/// Both ends; `bell` wakes the core.
+#[must_use]
+pub fn orders(bell: Bell) -> (Inbox, Orders) {
+    let (errands, inbox) = mpsc::channel(CAPACITY);
+    (Inbox(inbox), Orders { errands, bell })
+}
+
+impl Inbox {
+    /// The next order, if there is one.
+    pub fn poll(&mut self) -> Option<Errand> {
+        // Nobody to order anything any more is as good as no order.
+        self.0.try_recv().ok()
+    }
+}
+
+impl Errand {
+    /// Tells what came of it.
+    pub fn conclude(self, outcome: Outcome) {
+        // Whoever has left does not want to know.
+        let _ = self.outcome.send(outcome);
+    }
+}
+
+impl Orders {
+    /// What comes of `order`.
+    ///
+    /// # Errors
+    /// What is wrong with the order, too many wait, or the core does not answer; what has no answer may be done later.
+    pub async fn place(&self, order: Order) -> Outcome {
+        let (outcome, answer) = oneshot::channel();
+        let no_answer = || Err("the core does not answer".to_owned());
+        match self.errands.try_send(Errand { order, outcome }) {
+            Ok(()) => self.bell.ring(),
+            Err(TrySendError::Full(_)) => return Err("too many orders wait".to_owned()),
+            Err(TrySendError::Closed(_)) => return no_answer(),
+        }
+        match timeout(PATIENCE, answer).await {
+            Ok(Ok(outcome)) => outcome,
+            Ok(Err(_)) | Err(_) => no_answer(),
+        }
+    }
+}

@@ -4,7 +4,7 @@ use core::ops::RangeInclusive;
 
 use profiles::reader::{Node, Spanned, Table};
 use profiles::{
-    INPUTS, Input, NoiseSetup, PlantFault, PlantSetup, Position, PositionRange, Report, ScheduledFault,
+    INPUT_WORDS, Input, NoiseSetup, PlantFault, PlantSetup, Position, PositionRange, Report, ScheduledFault,
     Supply, SupplySetup, UnknownFault, Voltage,
 };
 
@@ -86,9 +86,9 @@ fn range(table: &mut Table<'_, '_>, key: &'static str) -> Option<PositionRange> 
 fn active_low(table: &mut Table<'_, '_>) -> Vec<Input> {
     let words: Vec<Spanned<&str>> = table.get("active_low").unwrap_or_default();
     let find = |word: &Spanned<&str>| {
-        let found = INPUTS.iter().find(|(known, _)| known == word.get_ref());
+        let found = INPUT_WORDS.iter().find(|(known, _)| known == word.get_ref());
         if found.is_none() {
-            let known = INPUTS.iter().map(|(known, _)| *known);
+            let known = INPUT_WORDS.iter().map(|(known, _)| *known);
             table.report.unknown(&word.span(), "input", word.get_ref(), known);
         }
         found.map(|(_, input)| *input)

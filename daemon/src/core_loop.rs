@@ -96,10 +96,11 @@ impl CoreLoop {
                     }
                 }
             }
-            has_backlog = self.take_from_clients(now) | self.carry_out_orders(now);
+            has_backlog = self.take_from_clients(now);
             self.transmit(now);
             self.do_what_is_due(now);
             self.serve_storage(now);
+            has_backlog |= self.carry_out_orders(now);
             if self.stop.load(Ordering::Relaxed) {
                 end = Some(self.stop_axes(now, end));
             }
@@ -221,20 +222,6 @@ impl CoreLoop {
         true
     }
 
-    /// Does what is ordered by the control socket. Whether there may be more.
-    fn carry_out_orders(&mut self, now: Instant) -> bool {
-        let Self { inbox: Some(inbox), core, reporter, .. } = self else { return false };
-        for _ in 0..ORDER_BATCH {
-            let Some(errand) = inbox.poll() else { return false };
-            let outcome = errand.order.carry_out(now, core, reporter.devices());
-            if let (Ok(_), Some((device, change))) = (&outcome, errand.order.change()) {
-                reporter.ordered(now, device, &change);
-            }
-            errand.conclude(outcome);
-        }
-        true
-    }
-
     /// Sends what the nodes have to say, also about a link that is lost by that.
     fn transmit(&mut self, now: Instant) {
         while self.try_to_transmit(now) {}
@@ -293,6 +280,21 @@ impl CoreLoop {
             self.core.stored(now, device, outcome.map_err(|failure| failure.code()));
             self.transmit(now);
         }
+    }
+
+    /// Does what is ordered by the control socket. Whether there may be more.
+    fn carry_out_orders(&mut self, now: Instant) -> bool {
+        for _ in 0..ORDER_BATCH {
+            let Self { inbox: Some(inbox), core, reporter, .. } = self else { return false };
+            let Some(errand) = inbox.poll() else { return false };
+            let outcome = errand.order.carry_out(now, core, reporter.devices());
+            if let (Ok(_), Some((device, change))) = (&outcome, errand.order.change()) {
+                reporter.ordered(now, device, &change);
+            }
+            errand.conclude(outcome);
+            self.transmit(now);
+        }
+        true
     }
 
     /// Gives the status to whoever wants it.

@@ -27,5 +27,5 @@ pub use diagnostics::{Diagnostic, Diagnostics, Report, Span, line_and_column};
 pub use error_code::error_text;
 pub use file::reader;
 pub use motor::Motor;
-pub use plant::{INPUTS, NoiseSetup, PlantFault, PlantSetup, Repair, SupplySetup, UnknownFault};
+pub use plant::{INPUT_WORDS, NoiseSetup, PlantFault, PlantSetup, Repair, SupplySetup, UnknownFault};
 pub use profile::{Bound, Dialect, Later, Profile};

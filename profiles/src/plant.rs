@@ -4,7 +4,7 @@ mod fault;
 
 use axis::{DcLink, Input, Noise, PlantConfig, Position, PositionRange, ScheduledFault, Supply, Voltage};
 
-pub use fault::{INPUTS, PlantFault, Repair, UnknownFault};
+pub use fault::{INPUT_WORDS, PlantFault, Repair, UnknownFault};
 
 /// Differences from the plant that belongs to the motor; what is `None` stays as it is there. Places are those of
 /// the motor's encoder and, like all lengths, in counts. What makes no sense counts as not given.

@@ -1,7 +1,7 @@
 //! Breaking and repairing what is simulated behind the axes.
 
 use od::Instant;
-use profiles::{NoPlant, PlantFault, Repair};
+use profiles::{Device, NoPlant, PlantFault, Repair};
 
 use super::{Core, Unit};
 
@@ -17,12 +17,7 @@ impl Core {
         axis: usize,
         fault: PlantFault,
     ) -> Result<(), NoPlant> {
-        self.catch_up(now, device);
-        let Unit { device: unit, .. } = self.units.get_mut(device).ok_or(NoPlant)?;
-        unit.inject(now, axis, fault)?;
-        self.speak(now, device);
-        self.pass(now);
-        Ok(())
+        self.change_plant(now, device, |device| device.inject(now, axis, fault))
     }
 
     /// Repairs what is broken behind the axis of this number (from 0) of a device, by its position.
@@ -36,18 +31,23 @@ impl Core {
         axis: usize,
         repair: Repair,
     ) -> Result<(), NoPlant> {
-        self.catch_up(now, device);
-        let Unit { device: unit, .. } = self.units.get_mut(device).ok_or(NoPlant)?;
-        unit.repair(now, axis, repair)?;
-        self.speak(now, device);
-        self.pass(now);
-        Ok(())
+        self.change_plant(now, device, |device| device.repair(now, axis, repair))
     }
 
-    /// What is due before runs before.
-    fn catch_up(&mut self, now: Instant, device: usize) {
-        if self.deadlines.is_due(device, now) {
-            self.run_due(now, device);
+    /// Runs what is due before the change, and schedules the steps that it makes necessary.
+    fn change_plant(
+        &mut self,
+        now: Instant,
+        number: usize,
+        change: impl FnOnce(&mut Device) -> Result<(), NoPlant>,
+    ) -> Result<(), NoPlant> {
+        if self.deadlines.is_due(number, now) {
+            self.run_due(now, number);
         }
+        let Unit { device, .. } = self.units.get_mut(number).ok_or(NoPlant)?;
+        change(device)?;
+        self.speak(now, number);
+        self.pass(now);
+        Ok(())
     }
 }

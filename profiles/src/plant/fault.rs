@@ -47,8 +47,8 @@ const VOLTS: RangeInclusive<f64> = 0.0..=1e5;
 /// Words and what they mean.
 type Words<T> = [(&'static str, T)];
 
-/// The inputs of a drive.
-pub const INPUTS: &Words<Input> = &[
+/// The inputs of a drive, as configurations and faults name them.
+pub const INPUT_WORDS: &Words<Input> = &[
     ("positive-limit", Input::PositiveLimit),
     ("negative-limit", Input::NegativeLimit),
     ("home", Input::Home),
@@ -94,7 +94,7 @@ impl fmt::Display for PlantFault {
             axis::PlantFault::EncoderBreak => f.write_str(ENCODER_BREAK),
             axis::PlantFault::BlockedShaft => f.write_str(BLOCKED_SHAFT),
             axis::PlantFault::StuckSwitch(input, level) => {
-                write!(f, "{STUCK_SWITCH}:{}={}", word(INPUTS, &input), word(LEVELS, &level))
+                write!(f, "{STUCK_SWITCH}:{}={}", word(INPUT_WORDS, &input), word(LEVELS, &level))
             }
             axis::PlantFault::DriveFault(cause) => write!(f, "{DRIVE_FAULT}:{}", word(CAUSES, &cause)),
             axis::PlantFault::SupplyDip(Voltage(volts)) => write!(f, "{SUPPLY_DIP}:{volts}"),
@@ -120,16 +120,17 @@ impl FromStr for Repair {
 
 fn stuck_switch(detail: &str) -> Result<axis::PlantFault, UnknownFault> {
     let (input, level) = detail.split_once('=').unzip();
-    let input = find("input", INPUTS, input.unwrap_or(detail))?;
+    let input = find("input", INPUT_WORDS, input.unwrap_or(detail))?;
     let level = level.ok_or_else(|| misused(STUCK_SWITCH))?;
     Ok(axis::PlantFault::StuckSwitch(input, find("level", LEVELS, level)?))
 }
 
 fn voltage(text: &str) -> Result<Voltage, UnknownFault> {
     let volts = text.parse().ok().filter(|volts| VOLTS.contains(volts));
-    let message = || format!("`{text}` is no voltage");
-    let help = || Some(format!("write a number from {} to {}", VOLTS.start(), VOLTS.end()));
-    volts.map(Voltage).ok_or_else(|| UnknownFault { message: message(), help: help() })
+    volts.map(Voltage).ok_or_else(|| UnknownFault {
+        message: format!("`{text}` is no voltage"),
+        help: Some(format!("write a number from {} to {}", VOLTS.start(), VOLTS.end())),
+    })
 }
 
 /// What is wrong with a fault that begins with `word`: the word itself, or what follows it.
@@ -169,7 +170,7 @@ mod tests {
     }
 
     fn fault() -> impl Strategy<Value = PlantFault> {
-        let input = prop::sample::select(INPUTS).prop_map(|(_, input)| input);
+        let input = prop::sample::select(INPUT_WORDS).prop_map(|(_, input)| input);
         let cause = prop::sample::select(CAUSES).prop_map(|(_, cause)| cause);
         let fault = prop_oneof![
             Just(axis::PlantFault::EncoderBreak),

@@ -56,18 +56,19 @@ proptest! {
 
     #[test]
     fn torques_ordered_in_every_step_do_not_drive_the_axis_past_a_position_limit(
-        torques in prop::collection::vec((-3000.0..3000.0_f64, 1..200_u32), 1..20),
+        torques in prop::collection::vec((-800.0..800.0_f64, 1..200_u32), 1..20),
     ) {
         let mut axis = enabled();
-        let limits = Limits { acceleration: axis::Acceleration(2e6), velocity: Velocity(1e5), ..*axis.limits() };
+        // The axis can brake as hard as these torques accelerate it.
+        let limits = Limits { velocity: Velocity(1e5), ..*axis.limits() };
         axis.set_limits(Limits { position: range(-5000.0, 5000.0), ..limits });
         for (torque, count) in torques {
             for _ in 0..count {
                 axis.order(Order::Push { torque: Torque(torque), slope: Torque(0.0) });
                 axis.step();
                 let place = axis.status().actual.position.0;
-                // What a torque does is seen a raster step later, and another one brakes it off: 100 counts each at most.
-                prop_assert!(place.abs() <= 5200.0, "{place}");
+                // What a torque does is seen a raster step later: 100 counts at the highest speed.
+                prop_assert!(place.abs() <= 5100.0, "{place}");
             }
         }
     }

@@ -128,7 +128,7 @@ fn a_neutral_drive_ramps_down_before_it_changes_its_mode() {
 #[test]
 fn a_mode_that_the_drive_does_not_have_is_refused() {
     let mut bench = Bench::new("cia402-servo");
-    assert_eq!(bench.batch(&[(0x6060, 0, 2)]), Err(AbortCode::InvalidValue));
+    assert_eq!(bench.batch(&[(0x6060, 0, 5)]), Err(AbortCode::InvalidValue));
     assert_eq!(bench.batch(&[(0x6060, 0, -1)]), Err(AbortCode::InvalidValue));
     assert_eq!(bench.get(0x6060), 0);
 }

@@ -131,10 +131,16 @@ fn a_run_of_pdos_counts_its_numbers_and_cob_ids() {
 #[test]
 fn every_behaviour_has_code_behind_it() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let files =
-        ["device.rs", "cia402/drive.rs", "cia402/limits.rs", "cia402/position.rs", "cia402/velocity.rs"];
-    let code: String = files.map(|file| std::fs::read_to_string(folder.join(file)).unwrap()).concat();
+    let code = code_in(&folder);
     for binding in Binding::ALL {
         assert!(code.contains(&format!("Binding::{binding:?}")), "`{binding}` has nothing behind it");
     }
+}
+
+/// All that stands in the source files of a folder and those below it.
+fn code_in(folder: &std::path::Path) -> String {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries
+        .map(|path| if path.is_dir() { code_in(&path) } else { std::fs::read_to_string(path).unwrap() })
+        .collect()
 }

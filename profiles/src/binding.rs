@@ -75,8 +75,12 @@ bindings! {
     VelocityWindow = "velocity_window",
     /// 0x606E: how long it must stay there.
     VelocityWindowTime = "velocity_window_time",
+    /// 0x6071: torque to give in the torque modes.
+    TargetTorque = "target_torque",
     /// 0x6072: torque limit.
     MaxTorque = "max_torque",
+    /// 0x6074: torque asked of the motor.
+    TorqueDemand = "torque_demand",
     /// 0x6077: torque of the motor.
     TorqueActual = "torque_actual",
     /// 0x607A: where to go in the position modes.
@@ -107,6 +111,28 @@ bindings! {
     HomingZeroSpeed = "homing_zero_speed",
     /// 0x609A: acceleration and deceleration of homing.
     HomingAcceleration = "homing_acceleration",
+    /// 0x6087: change of a torque per second.
+    TorqueSlope = "torque_slope",
+    /// 0x60B0: added to the target position of the cyclic modes.
+    PositionOffset = "position_offset",
+    /// 0x60B1: added to the target velocity of the cyclic modes, or velocity feed-forward.
+    VelocityOffset = "velocity_offset",
+    /// 0x60B2: added to the target torque of the cyclic modes, or torque feed-forward.
+    TorqueOffset = "torque_offset",
+    /// 0x60C1:01: a position to interpolate to.
+    InterpolationRecord = "interpolation_record",
+    /// 0x60C2:01: time between set-points, in units of the index.
+    InterpolationTimeValue = "interpolation_time_value",
+    /// 0x60C2:02: unit of that time, a power of ten of seconds.
+    InterpolationTimeIndex = "interpolation_time_index",
+    /// 0x60C4:02: how many records may wait.
+    InterpolationBufferSize = "interpolation_buffer_size",
+    /// 0x60C4:03: first in, first out, or ring.
+    InterpolationBufferOrganisation = "interpolation_buffer_organisation",
+    /// 0x60C4:04: how many records wait.
+    InterpolationBufferPosition = "interpolation_buffer_position",
+    /// 0x60C4:06: empties the buffer and locks or unlocks it.
+    InterpolationBufferClear = "interpolation_buffer_clear",
     /// 0x60FF: how fast to go in the velocity modes.
     TargetVelocity = "target_velocity",
     /// 0x60C5: acceleration limit.

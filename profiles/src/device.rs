@@ -10,7 +10,8 @@ use core::time::Duration;
 use axis::{Axis, Load, Period, Plant, PlantConfig, Position, ServoConfig, SimulatedServo, Torque, Velocity};
 use od::{Dictionary, Instant, Schema, Slot};
 
-use crate::cia402::{Context, Drive402, Fault, Mode, State, Statusword, View, units::Units};
+use crate::cia402::{Context, Drive402, Fault, Mode, SetPoints, State, Statusword, View, units::Units};
+use crate::raster::Alignment;
 use crate::slots::{Parameters, Slots};
 use crate::{Binding, Dialect, Motor, PlantSetup, Profile, jvl};
 
@@ -68,6 +69,9 @@ struct Unit {
     is_referenced: bool,
     /// When the next raster step is due; none while the axis is off and at rest.
     next: Option<Instant>,
+    alignment: Alignment,
+    /// Set-points that were written since the drive last acted.
+    written: SetPoints,
     shown_fault: Option<Fault>,
 }
 
@@ -138,6 +142,9 @@ impl Device {
         while let Some(slot) = self.dictionary.take_written() {
             let Ok(position) = self.bound.binary_search_by_key(&slot, |(bound, ..)| *bound) else { continue };
             let Some((_, axis, binding)) = self.bound.get(position) else { continue };
+            if let Some(unit) = self.units.get_mut(usize::from(*axis)) {
+                unit.written |= SetPoints::of(*binding);
+            }
             let mask = 1_u8.checked_shl(u32::from(*axis)).unwrap_or(0);
             match binding {
                 Binding::Controlword => commanded |= mask,
@@ -156,6 +163,7 @@ impl Device {
             if is_in(commanded) {
                 drive.handle_controlword(&mut context);
             }
+            unit.align(now);
             unit.wake(now);
         }
         self.publish();
@@ -299,6 +307,8 @@ impl Unit {
             drive: Drive402::new(profile.dialect),
             is_referenced: false,
             next: Some(now + Duration::from_nanos(period.nanos())),
+            alignment: Alignment::default(),
+            written: SetPoints::empty(),
             shown_fault: None,
         }
     }
@@ -310,10 +320,20 @@ impl Unit {
             parameters,
             axis: &mut self.axis,
             motor: &self.motor,
+            written: self.written,
             dialect: self.dialect,
             is_referenced: &mut self.is_referenced,
         };
         (&mut self.drive, context)
+    }
+
+    /// Takes the set-points for acted on, and moves the raster if the mode takes them cycle by cycle.
+    fn align(&mut self, now: Instant) {
+        let written = core::mem::take(&mut self.written);
+        if written.intersects(self.drive.cyclic()) {
+            let period = Duration::from_nanos(self.axis.period().nanos());
+            self.next = self.next.map(|next| self.alignment.align(next, now, period));
+        }
     }
 
     /// Schedules the next step if the axis may do anything.
@@ -348,6 +368,8 @@ impl Unit {
         show(Binding::VelocityDemand, self.units.shown_velocity(status.demand.velocity));
         show(Binding::VelocitySensorActual, velocity);
         show(Binding::VelocityActual, velocity);
+        show(Binding::TorqueDemand, self.units.shown_torque(self.axis.torque_demand()));
+        show(Binding::InterpolationBufferPosition, self.drive.waiting_records() as i64);
         show(Binding::TorqueActual, self.units.shown_torque(status.actual.torque));
         show(Binding::DigitalInputs, digital_inputs(status.switches));
         if dialect == Dialect::Jvl {

@@ -17,6 +17,7 @@ mod jvl;
 mod motor;
 mod plant;
 mod profile;
+mod raster;
 mod slots;
 
 pub use axis::{Input, Position, PositionRange, ScheduledFault, Supply, Voltage};

@@ -19,7 +19,17 @@ const COMMUNICATION: [&str; 7] =
 
 #[test]
 fn commands_targets_and_the_mode_are_not_stored() {
-    let commands = ["0x6040:00", "0x6060:00", "0x607A:00", "0x60FF:00"];
+    let commands = [
+        "0x6040:00",
+        "0x6060:00",
+        "0x6071:00",
+        "0x607A:00",
+        "0x60B0:00",
+        "0x60B1:00",
+        "0x60B2:00",
+        "0x60C1:01",
+        "0x60FF:00",
+    ];
     assert_eq!(passing(&profile("cia402-servo")), [&COMMUNICATION[..], &commands].concat());
 }
 

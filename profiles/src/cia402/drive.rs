@@ -4,7 +4,7 @@ use axis::{Acceleration, Axis, DriveFault, DriveState};
 
 use super::fault::Fault;
 use super::modes::{Active, ModeBits};
-use super::{Command, Controlword, Mode, State, Statusword, Transition, limits};
+use super::{Command, Controlword, Mode, SetPoints, State, Statusword, Transition, limits};
 use crate::slots::Parameters;
 use crate::{Binding, Dialect, Motor};
 
@@ -13,6 +13,8 @@ pub(crate) struct Context<'a> {
     pub(crate) parameters: Parameters<'a>,
     pub(crate) axis: &'a mut Axis,
     pub(crate) motor: &'a Motor,
+    /// The set-points that were written just now.
+    pub(crate) written: SetPoints,
     /// Whose drive it is, where vendors differ.
     pub(crate) dialect: Dialect,
     /// The axis knows its home position.
@@ -63,6 +65,8 @@ pub(crate) struct Drive402 {
     is_enabling: bool,
     /// The axis ramps down before this transition.
     leaving: Option<Transition>,
+    /// The axis ramps down before it changes its mode.
+    is_changing: bool,
     /// The operator stops the drive: no command is obeyed any more.
     is_shutting_down: bool,
     fault: Option<Fault>,
@@ -77,6 +81,7 @@ impl Drive402 {
             mode: Active::None,
             is_enabling: false,
             leaving: None,
+            is_changing: false,
             is_shutting_down: false,
             fault: None,
         }
@@ -88,6 +93,16 @@ impl Drive402 {
 
     pub(crate) fn mode(&self) -> Mode {
         self.mode.mode()
+    }
+
+    /// The set-points that the mode takes cycle by cycle.
+    pub(crate) fn cyclic(&self) -> SetPoints {
+        self.mode.cyclic()
+    }
+
+    /// Records that wait to be interpolated to.
+    pub(crate) fn waiting_records(&self) -> usize {
+        self.mode.waiting_records()
     }
 
     /// The fault that the drive is in.
@@ -148,6 +163,7 @@ impl Drive402 {
         if self.state == State::OperationEnabled {
             self.leaving = Some(Transition::DisableVoltageEnabled);
             context.axis.stop(context.quick_stop_ramp());
+            self.mode.suspend();
         } else if self.state != State::QuickStopActive {
             context.axis.power_off();
         }
@@ -208,6 +224,7 @@ impl Drive402 {
                 {
                     self.leaving = Some(transition);
                     context.axis.stop(context.slow_down_ramp());
+                    self.mode.suspend();
                     return;
                 }
                 transition => self.perform(transition, context),
@@ -283,15 +300,22 @@ impl Drive402 {
         let requested =
             Mode::from_code(context.parameters.or(Binding::ModesOfOperation, 0)).unwrap_or(self.mode.mode());
         if requested == self.mode.mode() {
+            // The change was taken back while the axis ramped down for it.
+            if core::mem::take(&mut self.is_changing) && self.is_operating() {
+                self.begin(context);
+            }
             return;
         }
         if self.state != State::OperationEnabled {
             self.mode = Active::new(requested);
         } else if self.leaving.is_none() && self.may_change_to(requested) {
             if context.axis.status().done && context.axis.status().demand.velocity.0 == 0.0 {
+                self.is_changing = false;
                 self.mode = Active::new(requested);
                 self.mode.begin(self.word, context);
             } else {
+                self.is_changing = true;
+                self.mode.suspend();
                 context.axis.stop(context.slow_down_ramp());
             }
         }

@@ -3,8 +3,10 @@
 //! The drive calls [`Active::begin`] when it comes to OPERATION ENABLED or changes the mode there, and then, as
 //! long as it is there: [`Active::update`] when objects were written, [`Active::control`] when the controlword was,
 //! [`Active::step`] after each raster step, [`Active::halt`] and [`Active::resume`] with the halt bit. The axis
-//! stands, or ramps down from the mode before, when a mode begins.
+//! stands, or ramps down from the mode before, when a mode begins. [`Active::suspend`] comes when the axis ramps down to
+//! leave the mode: until the next begin, no set-point counts.
 
+mod cyclic;
 mod cyclic_position;
 mod cyclic_torque;
 mod cyclic_velocity;
@@ -15,7 +17,7 @@ mod profile_torque;
 mod profile_velocity;
 mod velocity;
 
-use super::{Context, Controlword, View};
+use super::{Context, Controlword, SetPoints, View};
 use crate::Dialect;
 
 use cyclic_position::CyclicPosition;
@@ -205,6 +207,54 @@ impl Active {
     /// Acts on the controlword, which was written.
     pub(crate) fn control(&mut self, old: Controlword, new: Controlword, context: &mut Context<'_>) {
         of_mode!(self, (), mode => mode.control(old, new, context));
+    }
+
+    /// The axis ramps down to leave the mode.
+    pub(crate) fn suspend(&mut self) {
+        match self {
+            Self::CyclicPosition(mode) => mode.suspend(),
+            Self::CyclicVelocity(mode) => mode.suspend(),
+            Self::CyclicTorque(mode) => mode.suspend(),
+            Self::Interpolated(mode) => mode.suspend(),
+            Self::ProfileTorque(mode) => mode.suspend(),
+            Self::None
+            | Self::ProfilePosition(_)
+            | Self::Velocity(_)
+            | Self::ProfileVelocity(_)
+            | Self::Homing(_) => {}
+        }
+    }
+
+    /// The set-points that it takes cycle by cycle.
+    pub(crate) fn cyclic(&self) -> SetPoints {
+        match self.mode() {
+            Mode::CyclicPosition => SetPoints::POSITION,
+            Mode::CyclicVelocity => SetPoints::VELOCITY,
+            Mode::CyclicTorque => SetPoints::TORQUE,
+            Mode::Interpolated => SetPoints::RECORD,
+            Mode::None
+            | Mode::ProfilePosition
+            | Mode::Velocity
+            | Mode::ProfileVelocity
+            | Mode::ProfileTorque
+            | Mode::Homing => SetPoints::empty(),
+        }
+    }
+
+    /// Records that wait to be interpolated to.
+    pub(crate) fn waiting_records(&self) -> usize {
+        match self {
+            Self::Interpolated(mode) => mode.waiting(),
+            Self::None
+            | Self::ProfilePosition(_)
+            | Self::Velocity(_)
+            | Self::ProfileVelocity(_)
+            | Self::ProfileTorque(_)
+            | Self::Homing(_)
+            | Self::CyclicPosition(_)
+            | Self::CyclicVelocity(_)
+            | Self::CyclicTorque(_) => 0,
+        }
     }
 
     /// The halt bit was set: the axis has been told to stop.

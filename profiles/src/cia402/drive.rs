@@ -256,10 +256,6 @@ impl Drive402 {
         self.state = transition.target();
         self.leaving = None;
         self.is_enabling = false;
-        if transition != Transition::QuickStop {
-            // Homing may have lifted some.
-            context.apply_limits();
-        }
         match transition {
             Transition::Start | Transition::Initialised | Transition::FaultReacted => {}
             Transition::EnableOperation | Transition::Resume => self.begin(context),

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use axis::PlantConfig;
 use od::{AbortCode, Address, Bus, Data, Instant, Origin, Write};
 use profiles::{Device, DeviceEvent, Profile, State};
 
@@ -17,8 +18,14 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new(profile: &str) -> Self {
+        Self::with_plant(profile, |_| {})
+    }
+
+    /// With another plant behind the axis.
+    pub(crate) fn with_plant(profile: &str, arrange: impl Fn(&mut PlantConfig)) -> Self {
         let profile = Profile::embedded(profile, None).expect("a shipped profile").expect("a valid profile");
-        let mut bench = Self { device: Device::new(Arc::new(profile), 1, Instant::ZERO), now: Instant::ZERO };
+        let device = Device::arranged(Arc::new(profile), 1, Instant::ZERO, |_, plant| arrange(plant));
+        let mut bench = Self { device, now: Instant::ZERO };
         bench.run(10);
         bench
     }
@@ -38,10 +45,6 @@ impl Bench {
 
     pub(crate) fn set(&mut self, index: u16, value: i64) {
         self.batch(&[(index, 0, value)]).unwrap();
-    }
-
-    pub(crate) fn set_sub(&mut self, index: u16, sub: u8, value: i64) {
-        self.batch(&[(index, sub, value)]).unwrap();
     }
 
     pub(crate) fn get(&self, index: u16) -> i64 {

@@ -52,9 +52,10 @@ impl Default for Phase {
 }
 
 impl Homing {
-    /// Homing waits for a rising edge of its start bit.
+    /// Homing waits for a rising edge of its start bit. An earlier one may have left its limits behind.
     pub(super) fn begin(&mut self, _: Controlword, context: &mut Context<'_>) {
         self.phase = Phase::Waiting { is_attained: *context.is_referenced };
+        context.apply_limits();
     }
 
     /// Parameters act with the next start; limits that were written do not change those of homing.

@@ -1,7 +1,8 @@
 //! The search for the home position, leg by leg.
 //!
 //! A switch is looked for at high speed. The axis returns to the edge that was found, backs out to the near side and
-//! crosses it once more at low speed: the place latched then counts, and the first index pulse strictly behind it.
+//! crosses it once more at low speed: the place latched then counts, and the first index pulse strictly behind it. A
+//! switch that is too narrow for the low speed is an error.
 
 use core::num::NonZeroU32;
 
@@ -69,10 +70,10 @@ enum EdgeLeg {
     Return,
     /// From the edge to its near side.
     BackOut,
-    /// Into a narrow switch again, after backing out through it.
-    Reenter,
     /// Over the edge.
     Cross,
+    /// Back to the edge.
+    ReturnToHome,
 }
 
 /// A search under way.
@@ -140,8 +141,7 @@ impl Search {
         if way <= INDEX_REVOLUTIONS * self.pace.revolution.0 {
             return Outcome::Pending;
         }
-        axis.stop(self.pace.ramp);
-        Outcome::Lost
+        self.give_up(axis)
     }
 
     /// A limit came first: the search goes the other way, once, if the method wants that.
@@ -191,18 +191,34 @@ impl Search {
                 self.edge = mark;
                 EdgeLeg::Return
             }
-            EdgeLeg::Reenter => EdgeLeg::Cross,
+            // Passed as a whole: the last edge was latched, not the one looked for.
+            EdgeLeg::Cross if is_on != method.is_actuated_after() => return self.give_up(axis),
             EdgeLeg::Cross if !method.index => return Outcome::Found(mark),
-            _ if !is_at_rest => return Outcome::Pending,
+            EdgeLeg::Cross => EdgeLeg::ReturnToHome,
+            EdgeLeg::ReturnToFar(_) | EdgeLeg::Return | EdgeLeg::BackOut | EdgeLeg::ReturnToHome
+                if !is_at_rest =>
+            {
+                return Outcome::Pending;
+            }
             EdgeLeg::ReturnToFar(direction) => EdgeLeg::Find(direction.reversed(), self.pace.slow),
             EdgeLeg::Return => EdgeLeg::BackOut,
-            EdgeLeg::BackOut => {
-                let way = (self.edge - status.actual.position).0 * method.side.sign();
-                after_backing_out(is_on == method.is_actuated_after(), way)
-            }
-            EdgeLeg::Cross => return self.go(Leg::Index(method.side, mark), axis),
+            EdgeLeg::BackOut if is_on != method.is_actuated_after() => EdgeLeg::Cross,
+            EdgeLeg::BackOut if self.is_before_edge(method, axis) => return self.give_up(axis),
+            EdgeLeg::BackOut => EdgeLeg::BackOut,
+            EdgeLeg::ReturnToHome => return self.go(Leg::Index(method.side, mark), axis),
         };
         self.go(Leg::Edge(method, next), axis)
+    }
+
+    /// Whether the axis is more than a count's jitter before the edge. If its switch says otherwise, the axis has backed
+    /// out through the whole of it.
+    fn is_before_edge(&self, method: SwitchMethod, axis: &Axis) -> bool {
+        (self.edge - axis.status().actual.position).0 * method.side.sign() > 1.0
+    }
+
+    fn give_up(&self, axis: &mut Axis) -> Outcome {
+        axis.stop(self.pace.ramp);
+        Outcome::Lost
     }
 
     /// Begins a leg, by an order of its own or with the axis on its way already.
@@ -233,9 +249,8 @@ impl Search {
             EdgeLeg::Find(direction, speed) => (true, direction, speed, Finish::Return),
             EdgeLeg::Leave(direction, speed) => (false, direction, speed, Finish::Return),
             EdgeLeg::BackOut => (!after, method.side.reversed(), slow, Finish::Abrupt),
-            EdgeLeg::Reenter => (!after, method.side, slow, Finish::Ramp),
             EdgeLeg::Cross => (after, method.side, slow, Finish::Return),
-            EdgeLeg::Return | EdgeLeg::ReturnToFar(_) => return None,
+            EdgeLeg::Return | EdgeLeg::ReturnToFar(_) | EdgeLeg::ReturnToHome => return None,
         };
         Some((Mark::Switch { switch: method.switch, actuated }, direction, speed, finish))
     }
@@ -254,15 +269,5 @@ fn after_finding(method: SwitchMethod, direction: Direction, speed: Velocity, is
         EdgeLeg::Leave(direction, speed)
     } else {
         EdgeLeg::ReturnToFar(direction)
-    }
-}
-
-/// The leg after backing out, with so much `way` back to the edge. The axis may have jittered over the edge, or have
-/// gone through a narrow switch.
-fn after_backing_out(is_behind: bool, way: f64) -> EdgeLeg {
-    match (is_behind, way > 1.0) {
-        (false, _) => EdgeLeg::Cross,
-        (true, true) => EdgeLeg::Reenter,
-        (true, false) => EdgeLeg::BackOut,
     }
 }

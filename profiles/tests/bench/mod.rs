@@ -47,6 +47,10 @@ impl Bench {
         self.batch(&[(index, 0, value)]).unwrap();
     }
 
+    pub(crate) fn set_sub(&mut self, index: u16, sub: u8, value: i64) {
+        self.batch(&[(index, sub, value)]).unwrap();
+    }
+
     pub(crate) fn get(&self, index: u16) -> i64 {
         self.get_sub(index, 0)
     }

@@ -53,6 +53,36 @@ bindings! {
     ModesOfOperation = "modes_of_operation",
     /// 0x6061: the mode in effect.
     ModesOfOperationDisplay = "modes_of_operation_display",
+    /// 0x6042: how fast to go in velocity mode.
+    VlTargetVelocity = "vl_target_velocity",
+    /// 0x6043: velocity after the ramp of velocity mode.
+    VlVelocityDemand = "vl_velocity_demand",
+    /// 0x6044: how fast the axis is, in the unit of velocity mode.
+    VlVelocityActual = "vl_velocity_actual",
+    /// 0x6046:01: smallest amount of the target in velocity mode.
+    VlMinAmount = "vl_min_amount",
+    /// 0x6046:02: largest amount of the target in velocity mode.
+    VlMaxAmount = "vl_max_amount",
+    /// 0x6048:01: change of the velocity in the time of 0x6048:02.
+    VlAccelerationSpeed = "vl_acceleration_speed",
+    /// 0x6048:02: time of that change.
+    VlAccelerationTime = "vl_acceleration_time",
+    /// 0x6049:01: change of the velocity in the time of 0x6049:02.
+    VlDecelerationSpeed = "vl_deceleration_speed",
+    /// 0x6049:02: time of that change.
+    VlDecelerationTime = "vl_deceleration_time",
+    /// 0x604A:01: change of the velocity in the time of 0x604A:02, at a quick stop.
+    VlQuickStopSpeed = "vl_quick_stop_speed",
+    /// 0x604A:02: time of that change.
+    VlQuickStopTime = "vl_quick_stop_time",
+    /// 0x604B:01: numerator of what targets in velocity mode are multiplied by.
+    VlSetPointNumerator = "vl_set_point_numerator",
+    /// 0x604B:02: its denominator.
+    VlSetPointDenominator = "vl_set_point_denominator",
+    /// 0x604C:01: numerator of the revolutions per minute in a unit of velocity mode.
+    VlDimensionNumerator = "vl_dimension_numerator",
+    /// 0x604C:02: its denominator.
+    VlDimensionDenominator = "vl_dimension_denominator",
     /// 0x6062: where the axis ought to be.
     PositionDemand = "position_demand",
     /// 0x6064: where the axis is.
@@ -61,6 +91,8 @@ bindings! {
     FollowingErrorWindow = "following_error_window",
     /// 0x60F4: demand minus actual position.
     FollowingErrorActual = "following_error_actual",
+    /// 0x6066: how long a larger following error is tolerated.
+    FollowingErrorTime = "following_error_time",
     /// 0x6067: how near to the target counts as reached.
     PositionWindow = "position_window",
     /// 0x6068: how long it must stay there.
@@ -77,6 +109,10 @@ bindings! {
     VelocityWindowTime = "velocity_window_time",
     /// 0x6071: torque to give in the torque modes.
     TargetTorque = "target_torque",
+    /// 0x606F: up to which velocity the axis stands.
+    VelocityThreshold = "velocity_threshold",
+    /// 0x6070: how long it must be faster to be moving.
+    VelocityThresholdTime = "velocity_threshold_time",
     /// 0x6072: torque limit.
     MaxTorque = "max_torque",
     /// 0x6074: torque asked of the motor.
@@ -97,6 +133,8 @@ bindings! {
     MaxMotorSpeed = "max_motor_speed",
     /// 0x6081: velocity of a positioning.
     ProfileVelocity = "profile_velocity",
+    /// 0x6082: velocity at the target, when another one follows.
+    EndVelocity = "end_velocity",
     /// 0x6083: acceleration of a profile.
     ProfileAcceleration = "profile_acceleration",
     /// 0x6084: deceleration of a profile.
@@ -133,6 +171,24 @@ bindings! {
     InterpolationBufferPosition = "interpolation_buffer_position",
     /// 0x60C4:06: empties the buffer and locks or unlocks it.
     InterpolationBufferClear = "interpolation_buffer_clear",
+    /// 0x6086: shape of the ramps.
+    MotionProfileType = "motion_profile_type",
+    /// 0x60A3: how many of the jerks are in use.
+    ProfileJerkUse = "profile_jerk_use",
+    /// 0x60A4:01: first jerk of a profile.
+    ProfileJerk1 = "profile_jerk_1",
+    /// 0x60A4:02: second jerk of a profile.
+    ProfileJerk2 = "profile_jerk_2",
+    /// 0x60A4:03: third jerk of a profile.
+    ProfileJerk3 = "profile_jerk_3",
+    /// 0x60A4:04: fourth jerk of a profile.
+    ProfileJerk4 = "profile_jerk_4",
+    /// 0x60F2: details of positioning.
+    PositioningOption = "positioning_option",
+    /// 0x60F8: how far the velocity may be from its demand.
+    MaxSlippage = "max_slippage",
+    /// 0x60FC: demand position in increments.
+    PositionDemandInternal = "position_demand_internal",
     /// 0x60FF: how fast to go in the velocity modes.
     TargetVelocity = "target_velocity",
     /// 0x60C5: acceleration limit.

@@ -10,7 +10,8 @@ use core::time::Duration;
 use axis::{Axis, Load, Period, Plant, PlantConfig, Position, ServoConfig, SimulatedServo, Torque, Velocity};
 use od::{Dictionary, Instant, Schema, Slot};
 
-use crate::cia402::{Context, Drive402, Fault, Mode, SetPoints, State, Statusword, View, units::Units};
+use crate::cia402::units::{self, Units};
+use crate::cia402::{Context, Drive402, Fault, Mode, RpmUnits, SetPoints, State, Statusword, View};
 use crate::raster::Alignment;
 use crate::slots::{Parameters, Slots};
 use crate::{Binding, Dialect, Motor, PlantSetup, Profile, jvl};
@@ -316,12 +317,14 @@ impl Unit {
     /// The drive, and what it works with.
     fn split<'a>(&'a mut self, dictionary: &'a Dictionary) -> (&'a mut Drive402, Context<'a>) {
         let parameters = Parameters { dictionary, slots: &self.slots, units: &self.units };
+        let mode = self.drive.mode();
         let context = Context {
             parameters,
             axis: &mut self.axis,
             motor: &self.motor,
             written: self.written,
             dialect: self.dialect,
+            mode,
             is_referenced: &mut self.is_referenced,
         };
         (&mut self.drive, context)
@@ -358,10 +361,15 @@ impl Unit {
         let statusword = self.drive.statusword(View { parameters, axis: &self.axis });
         let position = self.units.shown_position(status.actual.position);
         let velocity = self.units.shown_velocity(status.actual.velocity);
+        let rpm = RpmUnits::of(parameters, &self.motor);
         let mut show = |binding, value| self.slots.show(dictionary, binding, value);
+        show(Binding::Controlword, i64::from(self.drive.controlword().bits()));
         show(Binding::Statusword, i64::from(statusword.bits()));
         show(Binding::ModesOfOperationDisplay, self.drive.mode() as i64);
         show(Binding::ErrorCode, self.drive.fault().map_or(0, |f| i64::from(f.code)));
+        show(Binding::VlVelocityDemand, rpm.shown(status.demand.velocity));
+        show(Binding::VlVelocityActual, rpm.shown(status.actual.velocity));
+        show(Binding::PositionDemandInternal, units::shown_increments(status.demand.position));
         show(Binding::PositionDemand, self.units.shown_position(status.demand.position));
         show(Binding::PositionActual, position);
         show(Binding::FollowingErrorActual, self.units.shown_position(status.following_error));

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use od::{AbortCode, Address, Initial, Schema, Value, Veto, eds};
 
+use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method};
 use crate::{Binding, Diagnostics, Mode, Motor, file};
 
 /// Everything the devices of one kind share.
@@ -104,19 +105,14 @@ impl Profile {
         file::parse(file, text, motor).map(|profile| profile.guarded().with_sheet())
     }
 
-    /// The same profile with the device's own objections to what is written: a mode or a homing method that the drive
-    /// does not have.
+    /// The same profile with the device's own objections to what is written.
     fn guarded(mut self) -> Self {
         let mut application = Arc::unwrap_or_clone(self.application);
         for bound in &self.bindings {
-            let veto: Veto = match (bound.binding, self.dialect) {
-                (Binding::ModesOfOperation, Dialect::Cia402) => |_, _, raw| check_mode(raw, Dialect::Cia402),
-                (Binding::ModesOfOperation, Dialect::Jvl) => |_, _, raw| check_mode(raw, Dialect::Jvl),
-                (Binding::HomingMethod, Dialect::Cia402) => |_, _, raw| check_method(raw, Dialect::Cia402),
-                (Binding::HomingMethod, Dialect::Jvl) => |_, _, raw| check_method(raw, Dialect::Jvl),
-                _ => continue,
-            };
-            application.set_veto(bound.address, veto);
+            let veto = vetoes(self.dialect).into_iter().find(|(binding, _)| *binding == bound.binding);
+            if let Some((_, veto)) = veto {
+                application.set_veto(bound.address, veto);
+            }
         }
         self.application = Arc::new(application);
         self
@@ -165,6 +161,37 @@ impl Profile {
     }
 }
 
+/// What a drive of this dialect objects to: what it does not have, and what the standard reserves.
+fn vetoes(dialect: Dialect) -> [(Binding, Veto); 5] {
+    let mode: Veto = match dialect {
+        Dialect::Cia402 => |_, _, raw| check_mode(raw, Dialect::Cia402),
+        Dialect::Jvl => |_, _, raw| check_mode(raw, Dialect::Jvl),
+    };
+    let method: Veto = match dialect {
+        Dialect::Cia402 => |_, _, raw| check_method(raw, Dialect::Cia402),
+        Dialect::Jvl => |_, _, raw| check_method(raw, Dialect::Jvl),
+    };
+    [
+        (Binding::ModesOfOperation, mode),
+        (Binding::HomingMethod, method),
+        (Binding::MotionProfileType, |_, _, raw| {
+            check(matches!(i64::from(raw as u16 as i16), LINEAR | JERK_LIMITED))
+        }),
+        (Binding::ProfileJerkUse, |_, _, raw| check(matches!(raw as u8, 1 | 2 | 4))),
+        (Binding::PositioningOption, |_, _, raw| check(has_positioning_options(raw as u16))),
+    ]
+}
+
+/// Whether 0x60F2 holds none but the options that a linear axis with one interpolator has.
+fn has_positioning_options(raw: u16) -> bool {
+    let [relative, immediately, response] = [raw & 3, raw >> 2 & 3, raw >> 4 & 3];
+    relative < 3 && immediately < 2 && response < 3 && raw >> 6 == 0
+}
+
+fn check(is_allowed: bool) -> Result<(), AbortCode> {
+    if is_allowed { Ok(()) } else { Err(AbortCode::InvalidValue) }
+}
+
 /// Whether a drive of this dialect has the mode in the low byte of `raw`.
 fn check_mode(raw: u64, dialect: Dialect) -> Result<(), AbortCode> {
     let mode = Mode::from_code(i64::from(raw as u8 as i8)).filter(|mode| mode.is_in(dialect));
@@ -173,6 +200,5 @@ fn check_mode(raw: u64, dialect: Dialect) -> Result<(), AbortCode> {
 
 /// Whether a drive of this dialect has the homing method in the low byte of `raw`.
 fn check_method(raw: u64, dialect: Dialect) -> Result<(), AbortCode> {
-    let is_method = crate::cia402::is_homing_method(i64::from(raw as u8 as i8), dialect);
-    if is_method { Ok(()) } else { Err(AbortCode::InvalidValue) }
+    check(is_homing_method(i64::from(raw as u8 as i8), dialect))
 }

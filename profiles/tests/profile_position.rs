@@ -57,7 +57,7 @@ fn a_relative_target_counts_from_the_last_one() {
 
 #[test]
 fn a_second_set_point_waits_for_the_first() {
-    let mut bench = enabled("cia402-servo");
+    let mut bench = enabled("jvl-mac00-fc4");
     bench.move_to(5_000, 0);
     bench.set(0x607A, 0);
     bench.control(0x1F);
@@ -166,4 +166,32 @@ fn shutting_the_daemon_down_ramps_down_and_obeys_nobody_any_more() {
     let stopped_after = bench.now.saturating_since(now).as_millis();
     assert!(stopped_after < 300, "20000 counts/s at 200000 counts/s²: {stopped_after} ms");
     assert!(!bench.is_set(9), "not remote any more");
+}
+
+#[test]
+fn a_following_error_is_a_fault_after_its_time_and_shown_in_bit_13() {
+    let faulted_after = |millis| {
+        let mut bench = enabled("cia402-servo");
+        bench.batch(&[(0x6065, 0, 500), (0x6066, 0, millis), (0x6072, 0, 0)]).unwrap();
+        bench.move_to(1_000_000, 0);
+        let start = bench.now;
+        bench.run_until(|b| b.state() == State::Fault);
+        assert!(bench.is_set(13));
+        assert_eq!(bench.get(0x603F), 0x8611);
+        let millis = bench.now.saturating_since(start).as_millis();
+        bench.control(0x80);
+        assert!(!bench.is_set(13));
+        millis
+    };
+    let at_once = faulted_after(0);
+    assert!((100..=104).contains(&at_once), "500 counts at 100 000 counts/s²: {at_once} ms");
+    assert_eq!(faulted_after(40), at_once + 40);
+}
+
+#[test]
+fn the_internal_demand_is_in_increments() {
+    let mut bench = enabled("cia402-servo");
+    bench.move_to(-1_234, 0);
+    bench.run_until(|b| b.is_set(10));
+    assert_eq!((bench.get(0x60FC), bench.get(0x6062)), (-1_234, -1_234));
 }

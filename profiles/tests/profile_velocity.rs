@@ -127,8 +127,115 @@ fn a_neutral_drive_ramps_down_before_it_changes_its_mode() {
 
 #[test]
 fn a_mode_that_the_drive_does_not_have_is_refused() {
+    for (profile, modes) in [("cia402-servo", [5, 11, -1]), ("jvl-mac00-fc4", [2, 4, 8])] {
+        let mut bench = Bench::new(profile);
+        for mode in modes {
+            assert_eq!(bench.batch(&[(0x6060, 0, mode)]), Err(AbortCode::InvalidValue), "{profile} {mode}");
+        }
+        assert_eq!(bench.get(0x6060), 0);
+    }
+}
+
+#[test]
+fn the_speed_counts_as_zero_until_it_is_above_the_threshold_for_the_threshold_time() {
     let mut bench = Bench::new("cia402-servo");
-    assert_eq!(bench.batch(&[(0x6060, 0, 5)]), Err(AbortCode::InvalidValue));
-    assert_eq!(bench.batch(&[(0x6060, 0, -1)]), Err(AbortCode::InvalidValue));
-    assert_eq!(bench.get(0x6060), 0);
+    bench.fast_profile();
+    bench.batch(&[(0x606F, 0, 2_000), (0x6070, 0, 50), (0x60FF, 0, 10_000)]).unwrap();
+    bench.enable(3);
+    let start = bench.now;
+    bench.run_until(|b| b.velocity() > 2_000);
+    assert!(bench.is_set(12));
+    let above = bench.now;
+    bench.run_until(|b| !b.is_set(12));
+    assert!((48..=51).contains(&bench.now.saturating_since(above).as_millis()));
+    assert!(bench.now > start);
+    bench.set(0x60FF, 0);
+    bench.run_until(|b| b.is_set(12));
+    assert!((1_500..=2_000).contains(&bench.velocity()), "at once below: {}", bench.velocity());
+}
+
+#[test]
+fn a_slippage_above_its_maximum_is_told_and_stops_nothing() {
+    let mut bench = running("cia402-servo", 15_000);
+    assert!(!bench.is_set(13));
+    bench.batch(&[(0x6072, 0, 0), (0x6065, 0, 0xFFFF_FFFF), (0x60F8, 0, 500)]).unwrap();
+    bench.set(0x60FF, 0);
+    bench.run(50);
+    assert!(bench.is_set(13), "without torque it does not follow the ramp");
+    assert_eq!(bench.state(), State::OperationEnabled);
+    bench.set(0x6072, 3_000);
+    bench.run_until(|b| b.is_set(10));
+    assert!(!bench.is_set(13));
+}
+
+#[test]
+fn a_jerk_limited_profile_rounds_its_corners() {
+    let steepest_change = |shape| {
+        let mut bench = Bench::new("cia402-servo");
+        bench.fast_profile();
+        bench
+            .batch(&[(0x6086, 0, shape), (0x60A3, 0, 2), (0x60A4, 1, 5_000_000), (0x60A4, 2, 2_000_000)])
+            .unwrap();
+        bench.set(0x60FF, 15_000);
+        bench.enable(3);
+        let mut velocities = vec![0, 0];
+        for _ in 0..400 {
+            bench.run(1);
+            velocities.push(bench.get(0x606B));
+        }
+        assert_eq!(velocities.last(), Some(&15_000));
+        velocities.windows(3).map(|v| (v[2] - 2 * v[1] + v[0]).abs()).max().unwrap()
+    };
+    assert_eq!(steepest_change(0), 100, "the acceleration is there at once");
+    assert!(
+        (2..=4).contains(&steepest_change(3)),
+        "2 000 000 counts/s^3 are 2 counts/s in a ms: the smaller one"
+    );
+}
+
+#[test]
+fn a_mode_change_on_the_move_says_nothing_for_the_old_mode() {
+    let mut bench = running("cia402-servo", 10_000);
+    bench.set(0x6060, 1);
+    assert_eq!((bench.get(0x6061), bench.is_set(10)), (3, false));
+    bench.set(0x60FF, 15_000);
+    bench.run(50);
+    assert!(bench.get(0x606B) < 6_000, "the old mode leads no more");
+    bench.run_until(|b| b.get(0x6061) == 1);
+    assert_eq!(bench.get(0x606B), 0);
+}
+
+#[test]
+fn a_mode_change_that_is_taken_back_on_the_move_goes_on() {
+    let mut bench = running("cia402-servo", 10_000);
+    bench.set(0x6060, 1);
+    bench.run(50);
+    bench.set(0x6060, 3);
+    bench.run_until(|b| b.is_set(10));
+    assert_eq!((bench.get(0x6061), bench.get(0x606B)), (3, 10_000));
+}
+
+#[test]
+fn the_end_of_a_halt_does_not_revive_a_mode_that_is_being_left() {
+    let mut bench = running("cia402-servo", 10_000);
+    bench.control(0x0F | HALT);
+    bench.run(20);
+    bench.set(0x6060, 1);
+    bench.control(0x0F);
+    bench.run_until(|b| b.get(0x6061) == 1);
+    assert_eq!(bench.get(0x606B), 0);
+}
+
+#[test]
+fn a_neutral_drive_takes_every_mode_in_every_state() {
+    let mut bench = Bench::new("cia402-servo");
+    for word in [0x00, 0x06, 0x07, 0x0F, 0x02] {
+        bench.control(word);
+        bench.run(100);
+        for mode in [1, 2, 3, 4, 6, 7, 8, 9, 10, 0] {
+            bench.set(0x6060, mode);
+            bench.run(100);
+            assert_eq!(bench.get(0x6061), mode, "in {:?}", bench.state());
+        }
+    }
 }

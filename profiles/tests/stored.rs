@@ -21,6 +21,7 @@ const COMMUNICATION: [&str; 7] =
 fn commands_targets_and_the_mode_are_not_stored() {
     let commands = [
         "0x6040:00",
+        "0x6042:00",
         "0x6060:00",
         "0x6071:00",
         "0x607A:00",

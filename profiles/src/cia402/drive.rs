@@ -3,7 +3,7 @@
 use axis::{Acceleration, Axis, DriveFault, DriveState};
 
 use super::fault::Fault;
-use super::modes::{Active, ModeBits};
+use super::modes::{self, Active, ModeBits};
 use super::{Command, Controlword, Mode, SetPoints, State, Statusword, Transition, limits};
 use crate::slots::Parameters;
 use crate::{Binding, Dialect, Motor};
@@ -19,6 +19,8 @@ pub(crate) struct Context<'a> {
     pub(crate) dialect: Dialect,
     /// The axis knows its home position.
     pub(crate) is_referenced: &'a mut bool,
+    /// The mode in effect when the drive was called.
+    pub(crate) mode: Mode,
 }
 
 impl Context<'_> {
@@ -29,12 +31,18 @@ impl Context<'_> {
 
     /// The ramp that ends a motion in its mode.
     pub(crate) fn slow_down_ramp(&self) -> Acceleration {
+        if self.mode == Mode::Velocity {
+            return modes::vl_deceleration(self);
+        }
         let acceleration = self.parameters.or(Binding::ProfileAcceleration, 0);
         self.parameters.units.acceleration(self.parameters.or(Binding::ProfileDeceleration, acceleration))
     }
 
     /// The ramp of a quick stop.
     pub(crate) fn quick_stop_ramp(&self) -> Acceleration {
+        if self.mode == Mode::Velocity {
+            return modes::vl_quick_stop(self);
+        }
         self.parameters.units.acceleration(self.parameters.or(Binding::QuickStopDeceleration, 0))
     }
 }
@@ -44,14 +52,6 @@ impl Context<'_> {
 pub(crate) struct View<'a> {
     pub(crate) parameters: Parameters<'a>,
     pub(crate) axis: &'a Axis,
-}
-
-impl View<'_> {
-    /// Whether the actual velocity counts as zero.
-    pub(crate) fn is_standing(&self) -> bool {
-        let window = self.parameters.units.velocity(self.parameters.or(Binding::VelocityWindow, 0));
-        self.axis.status().actual.velocity.abs() <= window
-    }
 }
 
 /// One drive of a device.
@@ -134,7 +134,7 @@ impl Drive402 {
         self.obey(Command::decode(new), context);
         if self.state == State::OperationEnabled {
             self.handle_halt(old, context);
-            if self.leaving.is_none() {
+            if !self.is_ramping_down() {
                 self.mode.control(old, new, context);
             }
         }
@@ -151,9 +151,17 @@ impl Drive402 {
             self.perform(transition, context);
         }
         self.change_mode(context);
-        if self.state == State::OperationEnabled {
+        if self.state == State::OperationEnabled && !self.is_ramping_down() {
             self.mode.step(self.word, context);
+            if self.mode.takes_set_point_back(context) {
+                self.word.remove(Controlword::NEW_SET_POINT);
+            }
         }
+    }
+
+    /// 0x6040 as the drive has it: without a bit that it has taken back.
+    pub(crate) fn controlword(&self) -> Controlword {
+        self.word
     }
 
     /// Ramps down, switches off and obeys no more commands.
@@ -194,11 +202,14 @@ impl Drive402 {
         word.set(Statusword::REMOTE, !self.is_shutting_down);
         if self.state == State::OperationEnabled {
             word.set(Statusword::INTERNAL_LIMIT, status.limited);
-            let ModeBits { is_reached, bit_12, bit_13 } = self.mode.bits(view);
+            let bits = if self.is_changing { ModeBits::default() } else { self.mode.bits(view) };
+            let ModeBits { is_reached, bit_12, bit_13 } = bits;
             let is_halted = self.word.contains(Controlword::HALT);
             word.set(Statusword::TARGET_REACHED, if is_halted { status.done } else { is_reached });
             word.set(Statusword::MODE_12, bit_12);
             word.set(Statusword::MODE_13, bit_13);
+        } else if status.fault == Some(axis::Fault::FollowingError) && self.mode().tells_following_error() {
+            word.insert(Statusword::MODE_13);
         }
         word
     }
@@ -255,6 +266,7 @@ impl Drive402 {
     fn perform(&mut self, transition: Transition, context: &mut Context<'_>) {
         self.state = transition.target();
         self.leaving = None;
+        self.is_changing = false;
         self.is_enabling = false;
         match transition {
             Transition::Start | Transition::Initialised | Transition::FaultReacted => {}
@@ -287,7 +299,12 @@ impl Drive402 {
 
     fn is_operating(&self) -> bool {
         let is_halted = self.word.contains(Controlword::HALT);
-        self.state == State::OperationEnabled && self.leaving.is_none() && !is_halted
+        self.state == State::OperationEnabled && !self.is_ramping_down() && !is_halted
+    }
+
+    /// Whether a motion ends that its mode does not lead any more.
+    fn is_ramping_down(&self) -> bool {
+        self.leaving.is_some() || self.is_changing
     }
 
     /// Takes over 0x6060. JVL's drives wait until they are disabled, but for the way from a completed homing to profile
@@ -297,19 +314,17 @@ impl Drive402 {
             Mode::from_code(context.parameters.or(Binding::ModesOfOperation, 0)).unwrap_or(self.mode.mode());
         if requested == self.mode.mode() {
             // The change was taken back while the axis ramped down for it.
-            if core::mem::take(&mut self.is_changing) && self.is_operating() {
+            if self.is_changing {
                 self.begin(context);
             }
-            return;
-        }
-        if self.state != State::OperationEnabled {
+        } else if self.state != State::OperationEnabled {
             self.mode = Active::new(requested);
         } else if self.leaving.is_none() && self.may_change_to(requested) {
             if context.axis.status().done && context.axis.status().demand.velocity.0 == 0.0 {
                 self.is_changing = false;
                 self.mode = Active::new(requested);
                 self.mode.begin(self.word, context);
-            } else {
+            } else if !self.is_changing {
                 self.is_changing = true;
                 self.mode.suspend();
                 context.axis.stop(context.slow_down_ramp());
@@ -327,6 +342,7 @@ impl Drive402 {
 
     /// Starts the mode in OPERATION ENABLED.
     fn begin(&mut self, context: &mut Context<'_>) {
+        self.is_changing = false;
         context.axis.stop(context.slow_down_ramp());
         self.mode.begin(self.word, context);
     }
@@ -336,7 +352,7 @@ impl Drive402 {
         if is && !was {
             context.axis.stop(halt_ramp(context));
             self.mode.halt(context);
-        } else if was && !is && self.leaving.is_none() {
+        } else if was && !is && !self.is_ramping_down() {
             self.mode.resume(self.word, context);
         }
     }

@@ -1,6 +1,6 @@
 //! The limits that a drive's objects put on its axis.
 
-use axis::{Axis, Limits, Position, PositionRange};
+use axis::{Axis, Limits, Period, Position, PositionRange};
 
 use super::units;
 use crate::slots::Parameters;
@@ -45,6 +45,13 @@ pub(crate) fn apply(motor: &Motor, parameters: Parameters<'_>, axis: &mut Axis) 
     // 0xFFFFFFFF switches the supervision off (IEC 61800-7-201, 0x6065).
     let window = parameters.get(Binding::FollowingErrorWindow).filter(|w| *w != i64::from(u32::MAX));
     axis.set_following_error_limit(window.map(|w| parameters.units.distance(w)));
+    axis.set_following_error_time(following_error_time(parameters, axis.period()));
+}
+
+/// 0x6066 in raster steps, the last one begun.
+fn following_error_time(parameters: Parameters<'_>, period: Period) -> u32 {
+    let nanos = parameters.or(Binding::FollowingErrorTime, 0).unsigned_abs() * 1_000_000;
+    u32::try_from(nanos.div_ceil(period.nanos())).unwrap_or(u32::MAX)
 }
 
 /// 0x607D; equal limits, as both are from factory, are none.

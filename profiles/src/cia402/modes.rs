@@ -29,6 +29,8 @@ use interpolated::Interpolated;
 use profile_position::ProfilePosition;
 use profile_torque::ProfileTorque;
 use profile_velocity::ProfileVelocity;
+pub(super) use velocity::{deceleration as vl_deceleration, quick_stop as vl_quick_stop};
+
 use velocity::VelocityMode;
 
 /// Modes of operation, by their number in 0x6060.
@@ -94,6 +96,12 @@ impl Mode {
     #[must_use]
     pub fn from_code(code: i64) -> Option<Self> {
         Self::ALL.into_iter().find(|mode| *mode as i64 == code)
+    }
+
+    /// Whether statusword bit 13 is the following error.
+    #[must_use]
+    pub(crate) const fn tells_following_error(self) -> bool {
+        matches!(self, Self::ProfilePosition | Self::CyclicPosition)
     }
 
     /// Whether drives of this dialect have the mode. JVL's modules have position, velocity and homing (module manual,
@@ -270,6 +278,11 @@ impl Active {
     /// Follows the axis after a raster step.
     pub(crate) fn step(&mut self, word: Controlword, context: &mut Context<'_>) {
         of_mode!(self, (), mode => mode.step(word, context));
+    }
+
+    /// Whether the drive takes the new-set-point bit back by itself now.
+    pub(crate) fn takes_set_point_back(&mut self, context: &Context<'_>) -> bool {
+        if let Self::ProfilePosition(mode) = self { mode.takes_bit_back(context) } else { false }
     }
 
     /// What it says in the statusword.

@@ -4,7 +4,7 @@
 //! like the counter of a real drive; everything else saturates. Values are rounded to the nearest whole one,
 //! halves away from zero.
 
-use axis::{Acceleration, Position, Torque, Velocity};
+use axis::{Acceleration, Jerk, Position, Torque, Velocity};
 
 /// Places that a 32-bit position can tell apart.
 const TURN: f64 = 4_294_967_296.0;
@@ -45,6 +45,11 @@ impl Units {
         Acceleration(value as f64)
     }
 
+    /// The jerk that 0x60A4 means.
+    pub(crate) fn jerk(&self, value: i64) -> Jerk {
+        Jerk(value as f64)
+    }
+
     /// The torque as 0x6077 shows it, in per mille of the rated torque.
     pub(crate) fn shown_torque(&self, torque: Torque) -> i64 {
         saturate(torque.0).clamp(i64::from(i16::MIN), i64::from(i16::MAX))
@@ -54,6 +59,11 @@ impl Units {
     pub(crate) fn torque(&self, value: i64) -> Torque {
         Torque(value as f64)
     }
+}
+
+/// The position as 0x60FC shows it: in increments of the encoder whatever the factors, wrapped at 32 bits.
+pub(crate) fn shown_increments(position: Position) -> i64 {
+    i64::from(position.0.round() as i64 as i32)
 }
 
 /// The velocity that 0x6080 means: revolutions per minute whatever the factors.

@@ -22,10 +22,18 @@ bitflags! {
         const CHANGE_IMMEDIATELY = 1 << 5;
         /// pp: the target is relative.
         const RELATIVE = 1 << 6;
+        /// vl: the ramp leads the velocity.
+        const ENABLE_RAMP = 1 << 4;
+        /// vl: the output of the ramp follows its input.
+        const UNLOCK_RAMP = 1 << 5;
+        /// vl: the input of the ramp is the target.
+        const REFERENCE_RAMP = 1 << 6;
         /// Fault reset, by its rising edge.
         const FAULT_RESET = 1 << 7;
         /// Halt.
         const HALT = 1 << 8;
+        /// pp: begin where the target before is passed.
+        const CHANGE_ON_SET_POINT = 1 << 9;
     }
 }
 
@@ -62,7 +70,7 @@ bitflags! {
         const INTERNAL_LIMIT = 1 << 11;
         /// pp: set-point acknowledge; pv: speed is zero; hm: homing attained.
         const MODE_12 = 1 << 12;
-        /// pp: following error; hm: homing error.
+        /// pp: following error; pv: slippage above its maximum; hm: homing error.
         const MODE_13 = 1 << 13;
     }
 }

@@ -171,12 +171,14 @@ fn vetoes(dialect: Dialect) -> [(Binding, Veto); 5] {
         Dialect::Cia402 => |_, _, raw| check_method(raw, Dialect::Cia402),
         Dialect::Jvl => |_, _, raw| check_method(raw, Dialect::Jvl),
     };
+    let shape: Veto = match dialect {
+        Dialect::Cia402 => |_, _, raw| check([LINEAR, JERK_LIMITED].contains(&i64::from(raw as u16 as i16))),
+        Dialect::Jvl => |_, _, raw| check(LINEAR == i64::from(raw as u16 as i16)),
+    };
     [
         (Binding::ModesOfOperation, mode),
         (Binding::HomingMethod, method),
-        (Binding::MotionProfileType, |_, _, raw| {
-            check(matches!(i64::from(raw as u16 as i16), LINEAR | JERK_LIMITED))
-        }),
+        (Binding::MotionProfileType, shape),
         (Binding::ProfileJerkUse, |_, _, raw| check(matches!(raw as u8, 1 | 2 | 4))),
         (Binding::PositioningOption, |_, _, raw| check(has_positioning_options(raw as u16))),
     ]

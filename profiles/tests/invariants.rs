@@ -11,8 +11,8 @@ const MAX: i64 = 5_000;
 const FASTEST: i64 = 50_000;
 
 /// Objects a master may write while the drive runs, the limits themselves left out.
-const WRITABLE: [u16; 12] =
-    [0x6040, 0x6060, 0x607A, 0x60FF, 0x6081, 0x6083, 0x6085, 0x605A, 0x6067, 0x6068, 0x606D, 0x6072];
+const WRITABLE: [u16; 13] =
+    [0x6040, 0x6060, 0x607A, 0x60FF, 0x6081, 0x6083, 0x6085, 0x6086, 0x605A, 0x6067, 0x6068, 0x606D, 0x6072];
 
 #[derive(Clone, Debug)]
 enum Action {
@@ -24,7 +24,9 @@ enum Action {
 fn action() -> impl Strategy<Value = Action> {
     let number = prop_oneof![any::<i32>().prop_map(i64::from), -20_000_i64..20_000, 0_i64..4];
     let word = prop_oneof![
-        prop::sample::select(vec![0x06_i64, 0x07, 0x0F, 0x1F, 0x3F, 0x5F, 0x10F, 0x02, 0x00, 0x80]),
+        prop::sample::select(vec![
+            0x06_i64, 0x07, 0x0F, 0x1F, 0x3F, 0x5F, 0x7F, 0x21F, 0x10F, 0x02, 0x00, 0x80
+        ]),
         0_i64..0x1_0000
     ];
     prop_oneof![

@@ -329,6 +329,57 @@ fn reserved_options_are_refused() {
     }
 }
 
+#[test]
+fn an_immediate_set_point_takes_the_place_of_all_before_it() {
+    let rows = [
+        row(0, writes!(0x1F to 4_000), (YES, NO), 0),
+        row(0, writes!(0x0F), (NO, NO), 0),
+        row(0, writes!(0x1F to 0), (YES, NO), 0),
+        row(0, writes!(0x0F), (NO, NO), 0),
+        row(0, writes!(0x1F to 1_000), (YES, NO), 0),
+        row(0, writes!(0x0F), (YES, NO), 0),
+        row(100, writes!(0x3F to 2_000), (YES, NO), 500),
+        row(110, writes!(0x0F), (NO, NO), 605),
+        row(310, &[], (NO, YES), 2_000),
+        row(900, &[], (NO, YES), 2_000),
+    ];
+    trace(&mut enabled("cia402-servo"), &rows);
+}
+
+#[test]
+fn a_halt_before_a_target_that_would_be_passed_keeps_the_order_of_the_set() {
+    let rows = [
+        row(0, writes!(0x1F to 4_000), (YES, NO), 0),
+        row(0, writes!(0x0F), (NO, NO), 0),
+        row(0, writes!(0x21F to 8_000), (YES, NO), 0),
+        row(0, writes!(0x0F), (NO, NO), 0),
+        row(100, writes!(0x10F), (NO, NO), 500),
+        row(210, writes!(0x11F to 0), (YES, YES), 1_000),
+        row(220, writes!(0x10F), (YES, YES), 1_000),
+        row(300, writes!(0x0F), (YES, NO), 1_000),
+        row(500, &[], (YES, NO), 3_000),
+        row(550, &[], (YES, NO), 4_000),
+        row(560, &[], (NO, NO), 4_200),
+        row(850, &[], (NO, NO), 8_000),
+    ];
+    trace(&mut enabled("cia402-servo"), &rows);
+}
+
+#[test]
+fn no_target_is_passed_beyond_a_position_limit() {
+    let mut bench = enabled("cia402-servo");
+    bench.batch(&[(0x607D, 1, -10_000), (0x607D, 2, 4_500)]).unwrap();
+    bench.move_to(4_000, 0);
+    bench.move_to(4_400, 1 << 9);
+    let mut furthest = 0;
+    while !bench.is_set(REACHED) {
+        bench.run(1);
+        furthest = furthest.max(bench.get(0x6062));
+    }
+    assert!((4_400..=4_500).contains(&furthest), "{furthest}");
+    assert_eq!(bench.get(0x6062), 4_400);
+}
+
 /// A master that does what it likes with the handshake.
 #[derive(Clone, Debug)]
 enum Act {

@@ -362,8 +362,11 @@ impl Unit {
         let position = self.units.shown_position(status.actual.position);
         let velocity = self.units.shown_velocity(status.actual.velocity);
         let rpm = RpmUnits::of(parameters, &self.motor);
+        if !dictionary.has_written() {
+            // Without the bits that the drive has taken back.
+            self.slots.show(dictionary, Binding::Controlword, i64::from(self.drive.controlword().bits()));
+        }
         let mut show = |binding, value| self.slots.show(dictionary, binding, value);
-        show(Binding::Controlword, i64::from(self.drive.controlword().bits()));
         show(Binding::Statusword, i64::from(statusword.bits()));
         show(Binding::ModesOfOperationDisplay, self.drive.mode() as i64);
         show(Binding::ErrorCode, self.drive.fault().map_or(0, |f| i64::from(f.code)));

@@ -159,12 +159,11 @@ impl ProfilePosition {
     /// Whether the next set-point may come into force.
     fn is_free(&self, parameters: Parameters<'_>, axis: &Axis) -> bool {
         let Some(active) = &self.active else { return true };
+        let status = axis.status();
         match active.passing {
-            Some(direction) => {
-                let beyond = axis.status().demand.position - active.target;
-                beyond.0 * direction >= 0.0 || axis.status().done
-            }
-            None => self.is_in_window(parameters, axis),
+            Some(direction) => (status.demand.position - active.target).0 * direction >= 0.0 || status.done,
+            // A limit that has ended the motion must not keep the next one from leading away.
+            None => self.is_in_window(parameters, axis) || (status.done && status.limited),
         }
     }
 

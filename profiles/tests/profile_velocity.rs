@@ -206,6 +206,14 @@ fn a_mode_change_on_the_move_says_nothing_for_the_old_mode() {
 }
 
 #[test]
+fn a_drive_that_is_being_disabled_is_not_at_its_target() {
+    let mut bench = running("cia402-servo", 10_000);
+    bench.control(0x07);
+    bench.run(50);
+    assert_eq!((bench.state(), bench.is_set(10)), (State::OperationEnabled, false));
+}
+
+#[test]
 fn a_mode_change_that_is_taken_back_on_the_move_goes_on() {
     let mut bench = running("cia402-servo", 10_000);
     bench.set(0x6060, 1);

@@ -202,7 +202,7 @@ impl Drive402 {
         word.set(Statusword::REMOTE, !self.is_shutting_down);
         if self.state == State::OperationEnabled {
             word.set(Statusword::INTERNAL_LIMIT, status.limited);
-            let bits = if self.is_changing { ModeBits::default() } else { self.mode.bits(view) };
+            let bits = if self.is_ramping_down() { ModeBits::default() } else { self.mode.bits(view) };
             let ModeBits { is_reached, bit_12, bit_13 } = bits;
             let is_halted = self.word.contains(Controlword::HALT);
             word.set(Statusword::TARGET_REACHED, if is_halted { status.done } else { is_reached });

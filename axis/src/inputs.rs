@@ -111,7 +111,9 @@ pub enum Level {
 }
 
 impl Level {
-    fn reads(self, is_high: bool) -> bool {
+    /// Whether an input at this electrical level is active.
+    #[must_use]
+    pub fn reads(self, is_high: bool) -> bool {
         match self {
             Self::Unused => false,
             Self::High => is_high,

@@ -1,7 +1,7 @@
 //! What an axis reports.
 
 use crate::drive::{DriveFault, DriveState};
-use crate::inputs::{Latches, Switches};
+use crate::inputs::{Inputs, Latches, Switches};
 use crate::order::SeekState;
 use crate::profile::SetPoint;
 use crate::units::{Position, Temperature, Torque, Velocity, Voltage};
@@ -41,7 +41,9 @@ pub struct Status {
     pub temperature: Temperature,
     /// Part of the overload capacity (I²t) that is used up; at 1 the drive trips.
     pub overload: f64,
-    /// The inputs.
+    /// The electrical levels of the inputs.
+    pub inputs: Inputs,
+    /// What the inputs mean.
     pub switches: Switches,
     /// Where index and inputs changed in the last step, the edges by what the inputs say.
     pub latches: Latches,

@@ -106,6 +106,7 @@ impl Axis {
         self.status.voltage = feedback.voltage;
         self.status.temperature = feedback.temperature;
         self.status.overload = feedback.overload;
+        self.status.inputs = feedback.inputs;
         self.status.switches = self.sample.switches;
         self.status.latches = self.sample.latches.map(|place| Some(self.travel.wrap(place)));
         self.status.index = self.status.latches.index.or(self.status.index);

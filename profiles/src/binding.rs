@@ -49,6 +49,8 @@ bindings! {
     DisableOperationOption = "disable_operation_option",
     /// 0x605D: reaction to the halt bit.
     HaltOption = "halt_option",
+    /// 0x605E: reaction to a fault.
+    FaultReactionOption = "fault_reaction_option",
     /// 0x6060: the requested mode.
     ModesOfOperation = "modes_of_operation",
     /// 0x6061: the mode in effect.
@@ -195,14 +197,52 @@ bindings! {
     MaxAcceleration = "max_acceleration",
     /// 0x60C6: deceleration limit.
     MaxDeceleration = "max_deceleration",
+    /// 0x60B8: what the touch probes do.
+    TouchProbeFunction = "touch_probe_function",
+    /// 0x60B9: what the touch probes have caught.
+    TouchProbeStatus = "touch_probe_status",
+    /// 0x60BA: position at the positive edge of touch probe 1.
+    TouchProbe1Positive = "touch_probe_1_positive",
+    /// 0x60BB: position at the negative edge of touch probe 1.
+    TouchProbe1Negative = "touch_probe_1_negative",
+    /// 0x60BC: position at the positive edge of touch probe 2.
+    TouchProbe2Positive = "touch_probe_2_positive",
+    /// 0x60BD: position at the negative edge of touch probe 2.
+    TouchProbe2Negative = "touch_probe_2_negative",
+    /// 0x60D0:01: signal of touch probe 1.
+    TouchProbe1Source = "touch_probe_1_source",
+    /// 0x60D0:02: signal of touch probe 2.
+    TouchProbe2Source = "touch_probe_2_source",
+    /// 0x60D5: positive edges that touch probe 1 has caught.
+    TouchProbe1PositiveCounter = "touch_probe_1_positive_counter",
+    /// 0x60D6: negative edges that touch probe 1 has caught.
+    TouchProbe1NegativeCounter = "touch_probe_1_negative_counter",
+    /// 0x60D7: positive edges that touch probe 2 has caught.
+    TouchProbe2PositiveCounter = "touch_probe_2_positive_counter",
+    /// 0x60D8: negative edges that touch probe 2 has caught.
+    TouchProbe2NegativeCounter = "touch_probe_2_negative_counter",
     /// 0x60FD: switches and inputs.
     DigitalInputs = "digital_inputs",
+    /// 0x60FE:01: outputs.
+    DigitalOutputs = "digital_outputs",
+    /// 0x60FE:02: which outputs 0x60FE:01 sets.
+    DigitalOutputsMask = "digital_outputs_mask",
     /// JVL 0x2011:01: inputs of the module.
     JvlInputs = "jvl_inputs",
     /// JVL 0x2011:03: state of the motor in bits.
     JvlMotorStatus = "jvl_motor_status",
     /// JVL 0x2100: torque limit of homing.
     JvlHomingTorque = "jvl_homing_torque",
+    /// JVL 0x2011:02: outputs of the module.
+    JvlOutputs = "jvl_outputs",
+    /// JVL 0x2011:05: which outputs have their default function.
+    JvlOutputSetup = "jvl_output_setup",
+    /// JVL 0x2011:06: active levels of the inputs.
+    JvlInputLevel = "jvl_input_level",
+    /// JVL 0x2011:07: which limit switches act.
+    JvlInputSetup = "jvl_input_setup",
+    /// JVL 0x2011:08: setup of the module.
+    JvlSetup = "jvl_setup",
     /// JVL motor register P_IST: actual position.
     JvlPIst = "jvl_p_ist",
     /// JVL motor register V_IST: actual velocity in counts per sample.

@@ -2,13 +2,17 @@
 
 mod drive;
 mod fault;
+pub(crate) mod inputs_outputs;
 mod limits;
 mod modes;
+mod options;
 mod ramps;
 mod rpm;
 mod set_points;
 mod state;
+pub(crate) mod touch_probe;
 pub(crate) mod units;
+mod watch;
 mod window;
 mod word;
 

@@ -7,12 +7,14 @@ use std::sync::Arc;
 
 use core::time::Duration;
 
-use axis::{Axis, Load, Period, Plant, PlantConfig, Position, ServoConfig, SimulatedServo, Torque, Velocity};
+use axis::{Axis, Period, Plant, PlantConfig, Position, ServoConfig, SimulatedServo, Velocity};
 use od::{Dictionary, Instant, Schema, Slot};
 
 use crate::cia402::units::{self, Units};
 use crate::cia402::{Context, Drive402, Fault, Mode, RpmUnits, SetPoints, State, Statusword, View};
+use crate::cia402::{inputs_outputs, touch_probe::TouchProbe};
 use crate::raster::Alignment;
+use crate::simulated::servo;
 use crate::slots::{Parameters, Slots};
 use crate::{Binding, Dialect, Motor, PlantSetup, Profile, jvl};
 
@@ -45,6 +47,8 @@ pub struct AxisStatus {
     pub velocity: Velocity,
     /// The fault, if any.
     pub fault: Option<Fault>,
+    /// The digital outputs in bits, as 0x60FE numbers them.
+    pub outputs: u32,
 }
 
 /// A device with its axes. It sees time only as an argument: between calls it has no life of its own.
@@ -68,6 +72,9 @@ struct Unit {
     drive: Drive402,
     /// The axis knows its home position.
     is_referenced: bool,
+    touch_probe: TouchProbe,
+    /// When it was stepped last, or made.
+    stepped: Instant,
     /// When the next raster step is due; none while the axis is off and at rest.
     next: Option<Instant>,
     alignment: Alignment,
@@ -157,9 +164,10 @@ impl Device {
         }
         for (number, unit) in (0_u32..).zip(&mut self.units) {
             let is_in = |mask: u8| mask >> number & 1 == 1;
-            let (drive, mut context) = unit.split(&self.dictionary);
+            let (drive, touch_probe, mut context) = unit.split(&self.dictionary);
             if is_in(changed) {
                 drive.handle_parameters(&mut context);
+                touch_probe.update(context.parameters);
             }
             if is_in(commanded) {
                 drive.handle_controlword(&mut context);
@@ -185,7 +193,9 @@ impl Device {
                 }
                 simulated += period;
                 unit.axis.step();
-                let (drive, mut context) = unit.split(&self.dictionary);
+                unit.stepped = due;
+                let (drive, touch_probe, mut context) = unit.split(&self.dictionary);
+                touch_probe.step(context.parameters, context.axis.status());
                 drive.step(&mut context);
                 unit.next = (!unit.axis.is_quiet()).then(|| due + period);
                 has_stepped = true;
@@ -214,7 +224,7 @@ impl Device {
         self.events.clear();
         for unit in &mut self.units {
             unit.reset(&self.profile);
-            let (drive, mut context) = unit.split(&self.dictionary);
+            let (drive, _, mut context) = unit.split(&self.dictionary);
             drive.handle_parameters(&mut context);
             unit.wake(now);
         }
@@ -225,7 +235,7 @@ impl Device {
     /// [`Device::is_quiet`].
     pub fn shut_down(&mut self, now: Instant) {
         for unit in &mut self.units {
-            let (drive, mut context) = unit.split(&self.dictionary);
+            let (drive, _, mut context) = unit.split(&self.dictionary);
             drive.shut_down(&mut context);
             unit.wake(now);
         }
@@ -235,22 +245,25 @@ impl Device {
     /// Lets every axis react to the loss of its master, as its 0x6007 says.
     pub fn connection_lost(&mut self, now: Instant) {
         for unit in &mut self.units {
-            let (drive, mut context) = unit.split(&self.dictionary);
+            let (drive, _, mut context) = unit.split(&self.dictionary);
             drive.connection_lost(&mut context);
             unit.wake(now);
         }
         self.publish();
     }
 
+    /// The simulated plant behind an axis, to change it or to break something; it acts with the next raster step,
+    /// which is due after `now`.
+    pub fn plant(&mut self, axis: usize, now: Instant) -> Option<&mut Plant> {
+        let unit = self.units.get_mut(axis)?;
+        unit.schedule(now);
+        unit.axis.plant()
+    }
+
     /// Whether all axes are off and at rest.
     #[must_use]
     pub fn is_quiet(&self) -> bool {
         self.units.iter().all(|u| u.axis.is_quiet())
-    }
-
-    /// The simulated plant behind an axis, to look at it or to break something.
-    pub fn plant(&mut self, axis: u8) -> Option<&mut Plant> {
-        self.units.get_mut(usize::from(axis))?.axis.plant()
     }
 
     /// Raster steps that were lost because the device was called too late.
@@ -271,6 +284,7 @@ impl Device {
                 position: unit.axis.status().actual.position,
                 velocity: unit.axis.status().actual.velocity,
                 fault: unit.drive.fault(),
+                outputs: unit.outputs(parameters),
             }
         })
     }
@@ -278,13 +292,26 @@ impl Device {
     fn publish(&mut self) {
         for unit in &mut self.units {
             unit.publish(&mut self.dictionary, self.profile.dialect);
-            let fault = unit.drive.fault();
-            let shown = core::mem::replace(&mut unit.shown_fault, fault);
-            if shown != fault {
-                self.events.extend(shown.map(|f| DeviceEvent::Cleared(f.code)));
-                self.events.extend(fault.map(DeviceEvent::Raised));
-            }
         }
+        for number in 0..self.units.len() {
+            self.tell_fault(number);
+        }
+    }
+
+    /// Tells that the fault of an axis has come or gone. One with the same code on another axis stands on.
+    fn tell_fault(&mut self, number: usize) {
+        let has_several = self.units.len() > 1;
+        let Some(unit) = self.units.get_mut(number) else { return };
+        let axis = if has_several { number as u8 + 1 } else { 0 };
+        let fault = unit.drive.fault().map(|fault| fault.on_axis(axis));
+        let shown = core::mem::replace(&mut unit.shown_fault, fault);
+        if shown == fault {
+            return;
+        }
+        let stands = |code: u16| self.units.iter().any(|u| u.shown_fault.is_some_and(|f| f.code == code));
+        let gone = shown.map(|f| f.code).filter(|code| !stands(*code));
+        self.events.extend(gone.map(DeviceEvent::Cleared));
+        self.events.extend(fault.map(DeviceEvent::Raised));
     }
 }
 
@@ -307,6 +334,8 @@ impl Unit {
             axis: Axis::new(period, crate::cia402::limits_of(motor), Box::new(drive)),
             drive: Drive402::new(profile.dialect),
             is_referenced: false,
+            touch_probe: TouchProbe::default(),
+            stepped: now,
             next: Some(now + Duration::from_nanos(period.nanos())),
             alignment: Alignment::default(),
             written: SetPoints::empty(),
@@ -314,8 +343,11 @@ impl Unit {
         }
     }
 
-    /// The drive, and what it works with.
-    fn split<'a>(&'a mut self, dictionary: &'a Dictionary) -> (&'a mut Drive402, Context<'a>) {
+    /// The drive, its touch probes, and what they work with.
+    fn split<'a>(
+        &'a mut self,
+        dictionary: &'a Dictionary,
+    ) -> (&'a mut Drive402, &'a mut TouchProbe, Context<'a>) {
         let parameters = Parameters { dictionary, slots: &self.slots, units: &self.units };
         let mode = self.drive.mode();
         let context = Context {
@@ -327,7 +359,7 @@ impl Unit {
             mode,
             is_referenced: &mut self.is_referenced,
         };
-        (&mut self.drive, context)
+        (&mut self.drive, &mut self.touch_probe, context)
     }
 
     /// Takes the set-points for acted on, and moves the raster if the mode takes them cycle by cycle.
@@ -341,7 +373,15 @@ impl Unit {
 
     /// Schedules the next step if the axis may do anything.
     fn wake(&mut self, now: Instant) {
-        if self.next.is_none() && !self.axis.is_quiet() {
+        if !self.axis.is_quiet() {
+            self.schedule(now);
+        }
+    }
+
+    /// Schedules the next step. An axis that has slept meanwhile has cooled down.
+    fn schedule(&mut self, now: Instant) {
+        if self.next.is_none() {
+            self.axis.rest(now.saturating_since(self.stepped).as_secs_f64());
             self.next = Some(now + Duration::from_nanos(self.axis.period().nanos()));
         }
     }
@@ -351,6 +391,7 @@ impl Unit {
         self.axis.reset_fault();
         self.drive = Drive402::new(profile.dialect);
         self.is_referenced = false;
+        self.touch_probe = TouchProbe::default();
         self.shown_fault = None;
     }
 
@@ -362,10 +403,14 @@ impl Unit {
         let position = self.units.shown_position(status.actual.position);
         let velocity = self.units.shown_velocity(status.actual.velocity);
         let rpm = RpmUnits::of(parameters, &self.motor);
+        let motor_status = self.motor_status(statusword);
+        let inputs = jvl::inputs(parameters, &status.inputs);
         if !dictionary.has_written() {
             // Without the bits that the drive has taken back.
             self.slots.show(dictionary, Binding::Controlword, i64::from(self.drive.controlword().bits()));
         }
+        let shown = |position| self.units.shown_position(position);
+        self.touch_probe.show(dictionary, &self.slots, shown);
         let mut show = |binding, value| self.slots.show(dictionary, binding, value);
         show(Binding::Statusword, i64::from(statusword.bits()));
         show(Binding::ModesOfOperationDisplay, self.drive.mode() as i64);
@@ -382,11 +427,10 @@ impl Unit {
         show(Binding::TorqueDemand, self.units.shown_torque(self.axis.torque_demand()));
         show(Binding::InterpolationBufferPosition, self.drive.waiting_records() as i64);
         show(Binding::TorqueActual, self.units.shown_torque(status.actual.torque));
-        show(Binding::DigitalInputs, digital_inputs(status.switches));
+        show(Binding::DigitalInputs, i64::from(inputs_outputs::digital_inputs(status.switches)));
         if dialect == Dialect::Jvl {
-            let motor_status = jvl::motor_status(self.drive.state(), statusword, status);
             show(Binding::JvlMotorStatus, i64::from(motor_status.bits()));
-            show(Binding::JvlInputs, i64::from(jvl::inputs(status.switches)));
+            show(Binding::JvlInputs, i64::from(inputs));
             show(Binding::JvlPIst, position);
             show(
                 Binding::JvlVIst,
@@ -396,29 +440,25 @@ impl Unit {
     }
 }
 
+impl Unit {
+    /// What the digital outputs give.
+    fn outputs(&self, parameters: Parameters<'_>) -> u32 {
+        let standard = inputs_outputs::digital_outputs(parameters);
+        match self.dialect {
+            Dialect::Cia402 => standard,
+            Dialect::Jvl => {
+                let statusword = self.drive.statusword(View { parameters, axis: &self.axis });
+                jvl::outputs(parameters, standard, self.motor_status(statusword))
+            }
+        }
+    }
+
+    fn motor_status(&self, statusword: Statusword) -> jvl::MotorStatus {
+        jvl::motor_status(self.drive.state(), self.drive.fault(), statusword, self.axis.status())
+    }
+}
+
 /// Counts per raster step, the motor's own unit of velocity.
 fn per_sample(velocity: Velocity, period: Period) -> Velocity {
     Velocity(velocity.0 * period.seconds())
-}
-
-/// 0x60FD (IEC 61800-7-201): negative limit, positive limit and home switch in bits 0-2.
-fn digital_inputs(switches: axis::Switches) -> i64 {
-    i64::from(switches.negative_limit)
-        | i64::from(switches.positive_limit) << 1
-        | i64::from(switches.home) << 2
-}
-
-/// The simulated drive of a motor: a load as heavy as the rotor, friction of a hundredth of the rated torque.
-fn servo(motor: &Motor) -> ServoConfig {
-    let plant = PlantConfig {
-        counts_per_revolution: motor.counts_per_revolution,
-        rated_torque_nm: motor.rated_torque_nm,
-        peak_torque: Torque(1000.0 * motor.peak_torque_factor),
-        motor_inertia_kgm2: motor.rotor_inertia_kg_m2,
-        load: Load { inertia_kgm2: motor.rotor_inertia_kg_m2, ..Load::default() },
-        coulomb_friction_nm: motor.rated_torque_nm / 100.0,
-        viscous_friction_nms: motor.rated_torque_nm / 100_000.0,
-        ..PlantConfig::default()
-    };
-    ServoConfig { plant, ..ServoConfig::default() }
 }

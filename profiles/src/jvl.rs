@@ -1,9 +1,10 @@
 //! What JVL's modules show beside the CiA 402 objects (module manual, sections 4.3.5 and 4.3.7).
 
-use axis::{Motion, Status, Switches};
+use axis::{Level, Levels, Motion, Status};
 use bitflags::bitflags;
 
-use crate::{State, Statusword};
+use crate::slots::Parameters;
+use crate::{Binding, Fault, State, Statusword};
 
 bitflags! {
     /// 0x2011:03.
@@ -11,6 +12,8 @@ bitflags! {
     pub(crate) struct MotorStatus: u8 {
         /// A fatal motor error.
         const MOTOR_ERROR = 1 << 0;
+        /// A limit switch has been activated.
+        const LIMIT_SWITCH_ERROR = 1 << 2;
         /// The motor is in the commanded position.
         const IN_POSITION = 1 << 4;
         /// The velocity is increasing.
@@ -20,17 +23,80 @@ bitflags! {
     }
 }
 
-/// 0x2011:03 from the drive's state and motion.
-pub(crate) fn motor_status(state: State, statusword: Statusword, axis: &Status) -> MotorStatus {
+/// 0x2011:03 from the drive's state, fault and motion.
+pub(crate) fn motor_status(
+    state: State,
+    fault: Option<Fault>,
+    statusword: Statusword,
+    axis: &Status,
+) -> MotorStatus {
+    let is_limit = fault == Some(Fault::limit_switch());
     let mut bits = MotorStatus::empty();
-    bits.set(MotorStatus::MOTOR_ERROR, state == State::Fault);
+    bits.set(MotorStatus::MOTOR_ERROR, state == State::Fault && !is_limit);
+    bits.set(MotorStatus::LIMIT_SWITCH_ERROR, is_limit);
     bits.set(MotorStatus::IN_POSITION, statusword.contains(Statusword::TARGET_REACHED));
     bits.set(MotorStatus::ACCELERATION, axis.motion == Motion::Accelerating);
     bits.set(MotorStatus::DECELERATION, axis.motion == Motion::Decelerating);
     bits
 }
 
-/// 0x2011:01: IN1-IN4 in bits 0-3, NL in bit 4, PL in bit 5.
-pub(crate) fn inputs(switches: Switches) -> u8 {
-    u8::from(switches.negative_limit) << 4 | u8::from(switches.positive_limit) << 5
+bitflags! {
+    /// The inputs as 0x2011:01, :06 and :07 number them.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub(crate) struct Inputs: u8 {
+        const IN1 = 1 << 0;
+        const IN2 = 1 << 1;
+        const NL = 1 << 4;
+        const PL = 1 << 5;
+    }
+}
+
+/// 0x2011:01: which inputs are active, by 0x2011:06; IN1 and IN2 are the general inputs of the axis.
+pub(crate) fn inputs(parameters: Parameters<'_>, levels: &axis::Inputs) -> u8 {
+    let mut bits = Inputs::empty();
+    let pins = [
+        (Inputs::IN1, levels.probe_1),
+        (Inputs::IN2, levels.probe_2),
+        (Inputs::NL, levels.negative_limit),
+        (Inputs::PL, levels.positive_limit),
+    ];
+    for (input, is_high) in pins {
+        bits.set(input, level(parameters, input).reads(is_high));
+    }
+    bits.bits()
+}
+
+/// What the axis makes of its inputs: the limit switches act only where 0x2011:07 says so (module manual, section
+/// 4.3.11).
+pub(crate) fn levels(parameters: Parameters<'_>) -> Levels {
+    let setup = Inputs::from_bits_truncate(parameters.or(Binding::JvlInputSetup, 0) as u8);
+    let limit = |input| if setup.contains(input) { level(parameters, input) } else { Level::Unused };
+    Levels {
+        negative_limit: limit(Inputs::NL),
+        positive_limit: limit(Inputs::PL),
+        probe_1: level(parameters, Inputs::IN1),
+        probe_2: level(parameters, Inputs::IN2),
+        ..Levels::default()
+    }
+}
+
+/// Whether the error action is a stop: 0x2011:08, bit 6; otherwise the motor becomes passive.
+pub(crate) fn stops_on_error(parameters: Parameters<'_>) -> bool {
+    parameters.or(Binding::JvlSetup, 0) >> 6 & 1 == 1
+}
+
+/// O1 and O2: 0x2011:02, or "in position" and "error" where 0x2011:05 says so (module manual, sections 4.3.6 and
+/// 4.3.9). The standard's outputs 0x60FE are the same two.
+pub(crate) fn outputs(parameters: Parameters<'_>, standard: u32, status: MotorStatus) -> u32 {
+    let own = parameters.or(Binding::JvlOutputs, 0) as u32 | standard;
+    let setup = parameters.or(Binding::JvlOutputSetup, 0) as u32;
+    let in_position = u32::from(status.contains(MotorStatus::IN_POSITION));
+    let error = u32::from(status.intersects(MotorStatus::MOTOR_ERROR | MotorStatus::LIMIT_SWITCH_ERROR));
+    ((own & !setup) | ((in_position | error << 1) & setup)) & 0b11
+}
+
+/// The active level of an input, 0x2011:06.
+fn level(parameters: Parameters<'_>, input: Inputs) -> Level {
+    let highs = Inputs::from_bits_truncate(parameters.or(Binding::JvlInputLevel, 0x3F) as u8);
+    if highs.contains(input) { Level::High } else { Level::Low }
 }

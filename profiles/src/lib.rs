@@ -18,6 +18,7 @@ mod motor;
 mod plant;
 mod profile;
 mod raster;
+mod simulated;
 mod slots;
 
 pub use axis::{Input, Position, PositionRange, ScheduledFault, Supply, Voltage};

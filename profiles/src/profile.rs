@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use od::{AbortCode, Address, Initial, Schema, Value, Veto, eds};
 
-use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method};
+use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
 use crate::{Binding, Diagnostics, Mode, Motor, file};
 
 /// Everything the devices of one kind share.
@@ -162,7 +162,7 @@ impl Profile {
 }
 
 /// What a drive of this dialect objects to: what it does not have, and what the standard reserves.
-fn vetoes(dialect: Dialect) -> [(Binding, Veto); 5] {
+fn vetoes(dialect: Dialect) -> [(Binding, Veto); 8] {
     let mode: Veto = match dialect {
         Dialect::Cia402 => |_, _, raw| check_mode(raw, Dialect::Cia402),
         Dialect::Jvl => |_, _, raw| check_mode(raw, Dialect::Jvl),
@@ -181,6 +181,9 @@ fn vetoes(dialect: Dialect) -> [(Binding, Veto); 5] {
         (Binding::MotionProfileType, shape),
         (Binding::ProfileJerkUse, |_, _, raw| check(matches!(raw as u8, 1 | 2 | 4))),
         (Binding::PositioningOption, |_, _, raw| check(has_positioning_options(raw as u16))),
+        (Binding::TouchProbeFunction, touch_probe::check_function),
+        (Binding::TouchProbe1Source, touch_probe::check_source),
+        (Binding::TouchProbe2Source, touch_probe::check_source),
     ]
 }
 

@@ -28,7 +28,9 @@ fn commands_targets_and_the_mode_are_not_stored() {
         "0x60B0:00",
         "0x60B1:00",
         "0x60B2:00",
+        "0x60B8:00",
         "0x60C1:01",
+        "0x60FE:01",
         "0x60FF:00",
     ];
     assert_eq!(passing(&profile("cia402-servo")), [&COMMUNICATION[..], &commands].concat());

@@ -1,9 +1,11 @@
 //! One drive: the state machine and the modes over one axis.
 
-use axis::{Acceleration, Axis, DriveFault, DriveState};
+use axis::{Acceleration, Axis, DriveFault, DriveState, Motion};
 
 use super::fault::Fault;
 use super::modes::{self, Active, ModeBits};
+use super::options::{self, AbortConnection, QuickStopOption, Ramp};
+use super::watch::{SpeedWatch, warns};
 use super::{Command, Controlword, Mode, SetPoints, State, Statusword, Transition, limits};
 use crate::slots::Parameters;
 use crate::{Binding, Dialect, Motor};
@@ -54,6 +56,15 @@ pub(crate) struct View<'a> {
     pub(crate) axis: &'a Axis,
 }
 
+impl View<'_> {
+    /// Whether the actual velocity counts as zero.
+    pub(crate) fn is_standing(&self) -> bool {
+        let window = self.parameters.or(Binding::VelocityWindow, 0);
+        let threshold = self.parameters.or(Binding::VelocityThreshold, window);
+        self.axis.status().actual.velocity.abs() <= self.parameters.units.velocity(threshold)
+    }
+}
+
 /// One drive of a device.
 #[derive(Debug)]
 pub(crate) struct Drive402 {
@@ -69,7 +80,12 @@ pub(crate) struct Drive402 {
     is_changing: bool,
     /// The operator stops the drive: no command is obeyed any more.
     is_shutting_down: bool,
+    /// A fault reset is under way: the next raster step tells whether the cause is gone.
+    is_resetting: bool,
     fault: Option<Fault>,
+    speed: SpeedWatch,
+    /// A limit switch is actuated.
+    is_at_limit: bool,
 }
 
 impl Drive402 {
@@ -83,7 +99,10 @@ impl Drive402 {
             leaving: None,
             is_changing: false,
             is_shutting_down: false,
+            is_resetting: false,
             fault: None,
+            speed: SpeedWatch::default(),
+            is_at_limit: false,
         }
     }
 
@@ -113,6 +132,7 @@ impl Drive402 {
     /// Acts on objects that were written, the controlword aside.
     pub(crate) fn handle_parameters(&mut self, context: &mut Context<'_>) {
         context.apply_limits();
+        options::guard_axis(context);
         self.change_mode(context);
         if self.is_operating() {
             self.mode.update(self.word, context);
@@ -128,8 +148,7 @@ impl Drive402 {
         }
         let is_reset = new.contains(Controlword::FAULT_RESET) && !old.contains(Controlword::FAULT_RESET);
         if is_reset && self.state == State::Fault {
-            self.perform(Transition::FaultReset, context);
-            return;
+            return self.reset_fault(context);
         }
         self.obey(Command::decode(new), context);
         if self.state == State::OperationEnabled {
@@ -142,11 +161,7 @@ impl Drive402 {
 
     /// Follows the axis after a raster step.
     pub(crate) fn step(&mut self, context: &mut Context<'_>) {
-        if context.axis.status().fault.is_some()
-            && !matches!(self.state, State::FaultReactionActive | State::Fault)
-        {
-            self.perform(Transition::FaultOccurred, context);
-        }
+        self.watch(context);
         if let Some(transition) = self.automatic(context) {
             self.perform(transition, context);
         }
@@ -172,25 +187,30 @@ impl Drive402 {
             self.leaving = Some(Transition::DisableVoltageEnabled);
             context.axis.stop(context.quick_stop_ramp());
             self.mode.suspend();
-        } else if self.state != State::QuickStopActive {
+        } else if !matches!(self.state, State::QuickStopActive | State::FaultReactionActive) {
             context.axis.power_off();
         }
     }
 
-    /// Reacts to a lost connection as 0x6007 says (IEC 61800-7-201), if it operates or is about to. A drive without
-    /// that object stops, too.
+    /// Reacts to a lost connection as 0x6007 says, if there is power or about to be.
     pub(crate) fn connection_lost(&mut self, context: &mut Context<'_>) {
-        if self.is_shutting_down || !(self.state == State::OperationEnabled || self.is_enabling) {
+        let has_power = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
+        if self.is_shutting_down || !(has_power || self.is_enabling) {
             return;
         }
-        match context.parameters.or(Binding::AbortConnectionOption, 3) {
-            0 => {}
-            1 => {
-                self.perform(Transition::FaultOccurred, context);
-                self.fault = Some(Fault::connection_lost(self.dialect));
-            }
-            2 => self.obey(Command::DisableVoltage, context),
-            _ => self.obey(Command::QuickStop, context),
+        match AbortConnection::of(context.parameters) {
+            AbortConnection::NoAction => {}
+            AbortConnection::Fault => self.raise(Fault::connection_lost(self.dialect), context),
+            AbortConnection::DisableVoltage => self.obey(Command::DisableVoltage, context),
+            AbortConnection::QuickStop => self.obey(Command::QuickStop, context),
+        }
+    }
+
+    /// Goes to FAULT REACTION ACTIVE, unless there is a fault already.
+    pub(crate) fn raise(&mut self, fault: Fault, context: &mut Context<'_>) {
+        if !matches!(self.state, State::FaultReactionActive | State::Fault) {
+            self.fault = Some(fault);
+            self.perform(Transition::FaultOccurred, context);
         }
     }
 
@@ -200,6 +220,11 @@ impl Drive402 {
         let mut word = Statusword::of(self.state);
         word.set(Statusword::VOLTAGE, status.voltage.0 > 0.0);
         word.set(Statusword::REMOTE, !self.is_shutting_down);
+        word.set(Statusword::WARNING, warns(view));
+        if self.state == State::QuickStopActive {
+            word.set(Statusword::INTERNAL_LIMIT, status.limited);
+            word.set(Statusword::TARGET_REACHED, status.done && view.is_standing());
+        }
         if self.state == State::OperationEnabled {
             word.set(Statusword::INTERNAL_LIMIT, status.limited);
             let bits = if self.is_ramping_down() { ModeBits::default() } else { self.mode.bits(view) };
@@ -230,16 +255,85 @@ impl Drive402 {
                     context.axis.power_on();
                     return;
                 }
-                Transition::DisableOperation | Transition::ShutdownEnabled
-                    if ramps_down(transition, context.parameters) =>
-                {
-                    self.leaving = Some(transition);
-                    context.axis.stop(context.slow_down_ramp());
-                    self.mode.suspend();
-                    return;
+                Transition::DisableOperation => {
+                    let ramp = options::disable_operation_ramp(context.parameters);
+                    return self.leave(transition, ramp, context);
+                }
+                Transition::ShutdownEnabled => {
+                    let ramp = options::shutdown_ramp(context.parameters);
+                    return self.leave(transition, ramp, context);
                 }
                 transition => self.perform(transition, context),
             }
+        }
+    }
+
+    /// Ramps down before a transition, if it has a ramp. A command that is repeated does not begin anew.
+    fn leave(&mut self, transition: Transition, ramp: Option<Ramp>, context: &mut Context<'_>) {
+        match ramp {
+            Some(ramp) if self.leaving.replace(transition).is_none() => {
+                context.axis.stop(ramp.rate(context));
+                self.mode.suspend();
+            }
+            Some(_) => {}
+            None => self.perform(transition, context),
+        }
+    }
+
+    /// Looks for faults after a raster step, and whether one that was reset is gone.
+    fn watch(&mut self, context: &mut Context<'_>) {
+        let fault = context.axis.status().fault;
+        if core::mem::take(&mut self.is_resetting) && fault.is_none() {
+            self.perform(Transition::FaultReset, context);
+        }
+        if let Some(fault) = fault {
+            *context.is_referenced &= !loses_reference(fault);
+            self.raise(Fault::new(fault, self.dialect), context);
+        } else if self.speed.step(context) {
+            self.raise(Fault::over_speed(self.dialect), context);
+        } else if self.meets_limit_switch(context) {
+            self.raise(Fault::limit_switch(), context);
+        }
+    }
+
+    /// Whether a limit switch has just been met that is an error: with JVL's modules, unless they look for it.
+    fn meets_limit_switch(&mut self, context: &Context<'_>) -> bool {
+        let status = context.axis.status();
+        let is_at = status.switches.negative_limit || status.switches.positive_limit;
+        let was_at = core::mem::replace(&mut self.is_at_limit, is_at);
+        let is_error = self.dialect == Dialect::Jvl && self.mode() != Mode::Homing;
+        is_error && is_at && !was_at && status.motion != Motion::Off
+    }
+
+    /// Resets the fault. Where the cause may last, the next raster step tells whether it does.
+    fn reset_fault(&mut self, context: &mut Context<'_>) {
+        let may_last = match context.axis.status().fault {
+            Some(
+                axis::Fault::Drive(_)
+                | axis::Fault::Lost
+                | axis::Fault::EmergencyStop
+                | axis::Fault::DriveSignal,
+            ) => true,
+            Some(axis::Fault::FollowingError | axis::Fault::Supervision) | None => false,
+        };
+        context.axis.reset_fault();
+        if may_last {
+            self.is_resetting = true;
+        } else {
+            self.perform(Transition::FaultReset, context);
+        }
+    }
+
+    /// Reacts to a fault: by the axis itself where it has noticed it, by the ramp of 0x605E otherwise.
+    fn react(&self, context: &mut Context<'_>) {
+        if context.axis.status().fault.is_some() {
+            return;
+        }
+        match options::fault_ramp(context.parameters, self.dialect) {
+            Some(ramp) if context.axis.status().motion != Motion::Off => {
+                context.axis.stop(ramp.rate(context));
+            }
+            Some(_) | None => context.axis.cut_power(),
         }
     }
 
@@ -255,10 +349,13 @@ impl Drive402 {
             }
             State::OperationEnabled => self.leaving.filter(|_| status.done),
             State::QuickStopActive => {
-                let leaves = self.is_shutting_down || !stays_stopped(context.parameters);
+                let leaves = self.is_shutting_down || !QuickStopOption::of(context.parameters).stays;
                 (status.done && leaves).then_some(Transition::QuickStopDone)
             }
-            State::FaultReactionActive => Some(Transition::FaultReacted),
+            State::FaultReactionActive => {
+                let is_done = status.motion == Motion::Off || (status.fault.is_none() && status.done);
+                is_done.then_some(Transition::FaultReacted)
+            }
             State::SwitchOnDisabled | State::ReadyToSwitchOn | State::SwitchedOn | State::Fault => None,
         }
     }
@@ -269,22 +366,14 @@ impl Drive402 {
         self.is_changing = false;
         self.is_enabling = false;
         match transition {
-            Transition::Start | Transition::Initialised | Transition::FaultReacted => {}
+            Transition::Start | Transition::Initialised => {}
             Transition::EnableOperation | Transition::Resume => self.begin(context),
-            Transition::QuickStop => match quick_stop_deceleration(context) {
-                Some(deceleration) => context.axis.stop(deceleration),
+            Transition::QuickStop => match QuickStopOption::of(context.parameters).ramp {
+                Some(ramp) => context.axis.stop(ramp.rate(context)),
                 None => self.perform(Transition::QuickStopDone, context),
             },
-            Transition::FaultOccurred => {
-                context.axis.power_off();
-                let fault = context.axis.status().fault.unwrap_or(axis::Fault::Lost);
-                *context.is_referenced &= !loses_reference(fault);
-                self.fault = Some(Fault::new(fault, self.dialect));
-            }
-            Transition::FaultReset => {
-                context.axis.reset_fault();
-                self.fault = None;
-            }
+            Transition::FaultOccurred => self.react(context),
+            Transition::FaultReset => self.fault = None,
             Transition::Shutdown
             | Transition::SwitchOn
             | Transition::DisableOperation
@@ -293,7 +382,8 @@ impl Drive402 {
             | Transition::ShutdownEnabled
             | Transition::DisableVoltageEnabled
             | Transition::DisableVoltageSwitchedOn
-            | Transition::QuickStopDone => context.axis.power_off(),
+            | Transition::QuickStopDone
+            | Transition::FaultReacted => context.axis.power_off(),
         }
     }
 
@@ -350,7 +440,7 @@ impl Drive402 {
     fn handle_halt(&mut self, old: Controlword, context: &mut Context<'_>) {
         let (was, is) = (old.contains(Controlword::HALT), self.word.contains(Controlword::HALT));
         if is && !was {
-            context.axis.stop(halt_ramp(context));
+            context.axis.stop(options::halt_ramp(context.parameters).rate(context));
             self.mode.halt(context);
         } else if was && !is && !self.is_ramping_down() {
             self.mode.resume(self.word, context);
@@ -358,40 +448,7 @@ impl Drive402 {
     }
 }
 
-/// Whether an option code asks for the slow-down ramp before this transition (0x605B, 0x605C).
-fn ramps_down(transition: Transition, parameters: Parameters<'_>) -> bool {
-    let (option, assumed) = match transition {
-        Transition::DisableOperation => (Binding::DisableOperationOption, 1),
-        _ => (Binding::ShutdownOption, 0),
-    };
-    parameters.or(option, assumed) == 1
-}
-
-/// Whether the drive stays in QUICK STOP ACTIVE (0x605A is 5 or more).
-fn stays_stopped(parameters: Parameters<'_>) -> bool {
-    parameters.or(Binding::QuickStopOption, 2) >= 5
-}
-
-/// How hard a quick stop brakes (0x605A); `None` to switch off at once. A zero deceleration is the axis maximum.
-fn quick_stop_deceleration(context: &Context<'_>) -> Option<Acceleration> {
-    match context.parameters.or(Binding::QuickStopOption, 2) {
-        1 | 5 => Some(context.slow_down_ramp()),
-        2 | 6 => Some(context.quick_stop_ramp()),
-        3 | 4 | 7 | 8 => Some(Acceleration(0.0)),
-        _ => None,
-    }
-}
-
 /// Whether an axis with this fault no longer knows where it is.
 fn loses_reference(fault: axis::Fault) -> bool {
     matches!(fault, axis::Fault::Lost | axis::Fault::Drive(DriveFault::Encoder))
-}
-
-/// How hard a halt brakes (0x605D).
-fn halt_ramp(context: &Context<'_>) -> Acceleration {
-    match context.parameters.or(Binding::HaltOption, 1) {
-        1 => context.slow_down_ramp(),
-        2 => context.quick_stop_ramp(),
-        _ => Acceleration(0.0),
-    }
 }

@@ -34,6 +34,25 @@ impl Fault {
         Self::told(GENERIC_COMMUNICATION, COMMUNICATION, dialect)
     }
 
+    /// The motor runs faster than 0x6080 allows.
+    pub(crate) fn over_speed(dialect: Dialect) -> Self {
+        const VELOCITY_CONTROL: u16 = 0x8400;
+        Self::told(VELOCITY_CONTROL, PROFILE, dialect)
+    }
+
+    /// A limit switch that JVL's module was told to watch (module manual, sections 4.3.11 and 4.3.18).
+    pub(crate) fn limit_switch() -> Self {
+        Self { code: 0x1002, register: 0, detail: [0; 5] }
+    }
+
+    /// The same fault with the number of its axis, from 1 on, in the first byte of the detail: for devices with
+    /// several axes.
+    pub(crate) fn on_axis(mut self, number: u8) -> Self {
+        let [axis, ..] = &mut self.detail;
+        *axis = number;
+        self
+    }
+
     fn told(code: u16, register: u8, dialect: Dialect) -> Self {
         match dialect {
             Dialect::Cia402 => Self { code, register, detail: [0; 5] },
@@ -55,8 +74,8 @@ const fn standard(fault: axis::Fault) -> (u16, u8) {
             DriveFault::OverCurrent => (0x2310, CURRENT),
             DriveFault::OverVoltage => (0x3210, VOLTAGE),
             DriveFault::UnderVoltage => (0x3220, VOLTAGE),
-            DriveFault::OverTemperature => (0x4210, TEMPERATURE),
-            DriveFault::Overload => (0x8311, PROFILE),
+            DriveFault::OverTemperature => (0x4310, TEMPERATURE),
+            DriveFault::Overload => (0x2350, CURRENT),
             DriveFault::Encoder => (0x7305, 0),
             DriveFault::SafeTorqueOff => (0x5441, 0),
             DriveFault::Internal => (0x5000, 0),

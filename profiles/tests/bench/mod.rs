@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use axis::PlantConfig;
+use axis::{Plant, PlantConfig};
 use od::{AbortCode, Address, Bus, Data, Instant, Origin, Write};
 use profiles::{Device, DeviceEvent, Profile, State};
 
@@ -28,6 +28,21 @@ impl Bench {
         let mut bench = Self { device, now: Instant::ZERO };
         bench.run(10);
         bench
+    }
+
+    /// A device that has not run yet.
+    pub(crate) fn powered_on(profile: &str) -> Self {
+        Self::of(Profile::embedded(profile, None).expect("a shipped profile").expect("a valid profile"))
+    }
+
+    /// A device of any profile that has not run yet.
+    pub(crate) fn of(profile: Profile) -> Self {
+        Self { device: Device::new(Arc::new(profile), 1, Instant::ZERO), now: Instant::ZERO }
+    }
+
+    /// The plant behind the first axis.
+    pub(crate) fn plant(&mut self) -> &mut Plant {
+        self.device.plant(0, self.now).unwrap()
     }
 
     /// Writes several objects in one batch, as an RPDO does.

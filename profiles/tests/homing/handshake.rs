@@ -188,10 +188,10 @@ fn a_lost_encoder_and_a_reset_lose_the_reference_but_another_fault_does_not() {
         let mut bench = Machine::MIDDLE.enabled(SERVO);
         assert_eq!(home(&mut bench, 37), COMPLETED);
         let fault = PlantFault::DriveFault(fault);
-        bench.device.plant(0).unwrap().inject(fault);
+        bench.device.plant(0, bench.now).unwrap().inject(fault);
         bench.run(20);
         assert_eq!(bench.state(), State::Fault);
-        bench.device.plant(0).unwrap().clear(fault);
+        bench.device.plant(0, bench.now).unwrap().clear(fault);
         bench.control(0x80);
         bench.run(20);
         bench.enable(6);
@@ -232,8 +232,8 @@ fn a_plant_of_its_own_stands_where_it_was_put() {
     let profile = Arc::new(Profile::embedded(SERVO, None).unwrap().unwrap());
     let place = axis::Position(77.0);
     let mut device = Device::arranged(profile, 1, od::Instant::ZERO, |_, plant| plant.start = place);
-    assert_eq!(device.plant(0).unwrap().encoder(), place);
-    assert!(device.plant(1).is_none());
+    assert_eq!(device.plant(0, od::Instant::ZERO).unwrap().encoder(), place);
+    assert!(device.plant(1, od::Instant::ZERO).is_none());
 }
 
 #[test]

@@ -86,7 +86,7 @@ pub(crate) const FAILED: [bool; 3] = [true, false, true];
 
 /// Where the motor truly is, in counts since power-on.
 pub(crate) fn place(bench: &mut Bench) -> i64 {
-    bench.device.plant(0).unwrap().encoder().0 as i64
+    bench.device.plant(0, bench.now).unwrap().encoder().0 as i64
 }
 
 pub(crate) fn start(bench: &mut Bench, method: i64) {

@@ -89,7 +89,7 @@ fn a_switch_narrower_than_a_raster_step_is_found_to_the_count_or_an_error() {
 fn broken_wires_of_both_limit_switches_hold_the_axis() {
     let mut bench = Machine::MIDDLE.enabled(SERVO);
     for input in [Input::PositiveLimit, Input::NegativeLimit] {
-        bench.device.plant(0).unwrap().inject(PlantFault::StuckSwitch(input, true));
+        bench.device.plant(0, bench.now).unwrap().inject(PlantFault::StuckSwitch(input, true));
     }
     bench.run(10);
     assert_eq!(home(&mut bench, 7), FAILED);

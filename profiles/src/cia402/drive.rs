@@ -326,10 +326,13 @@ impl Drive402 {
 
     /// Reacts to a fault: by the axis itself where it has noticed it, by the ramp of 0x605E otherwise.
     fn react(&self, context: &mut Context<'_>) {
-        if context.axis.status().fault.is_some() {
+        let status = context.axis.status();
+        let brakes_at_limit = self.fault == Some(Fault::limit_switch()) && status.limited;
+        let ramp = options::fault_ramp(context.parameters, self.dialect);
+        if status.fault.is_some() || (brakes_at_limit && ramp.is_some()) {
             return;
         }
-        match options::fault_ramp(context.parameters, self.dialect) {
+        match ramp {
             Some(ramp) if context.axis.status().motion != Motion::Off => {
                 context.axis.stop(ramp.rate(context));
             }

@@ -233,6 +233,8 @@ bindings! {
     JvlMotorStatus = "jvl_motor_status",
     /// JVL 0x2100: torque limit of homing.
     JvlHomingTorque = "jvl_homing_torque",
+    /// JVL 0x2101: the analogue input of the motor.
+    JvlAnalogInput = "jvl_analog_input",
     /// JVL 0x2011:02: outputs of the module.
     JvlOutputs = "jvl_outputs",
     /// JVL 0x2011:05: which outputs have their default function.

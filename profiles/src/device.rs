@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use core::time::Duration;
 
-use axis::{Axis, Period, Plant, PlantConfig, Position, ServoConfig, SimulatedServo, Velocity};
+use axis::{Axis, Period, Plant, PlantConfig, Position, ServoConfig, SimulatedServo, Velocity, Voltage};
 use od::{Dictionary, Instant, Schema, Slot};
 
 use crate::cia402::units::{self, Units};
@@ -73,6 +73,7 @@ struct Unit {
     /// The axis knows its home position.
     is_referenced: bool,
     touch_probe: TouchProbe,
+    analog_input: Voltage,
     /// When it was stepped last, or made.
     stepped: Instant,
     /// When the next raster step is due; none while the axis is off and at rest.
@@ -260,6 +261,14 @@ impl Device {
         unit.axis.plant()
     }
 
+    /// Puts a voltage on the analogue input of an axis, if there is such an axis.
+    pub fn set_analog_input(&mut self, axis: usize, voltage: Voltage) {
+        if let Some(unit) = self.units.get_mut(axis) {
+            unit.analog_input = voltage;
+            self.publish();
+        }
+    }
+
     /// Whether all axes are off and at rest.
     #[must_use]
     pub fn is_quiet(&self) -> bool {
@@ -335,6 +344,7 @@ impl Unit {
             drive: Drive402::new(profile.dialect),
             is_referenced: false,
             touch_probe: TouchProbe::default(),
+            analog_input: Voltage(0.0),
             stepped: now,
             next: Some(now + Duration::from_nanos(period.nanos())),
             alignment: Alignment::default(),
@@ -431,6 +441,7 @@ impl Unit {
         if dialect == Dialect::Jvl {
             show(Binding::JvlMotorStatus, i64::from(motor_status.bits()));
             show(Binding::JvlInputs, i64::from(inputs));
+            show(Binding::JvlAnalogInput, i64::from(jvl::analog_input(self.analog_input)));
             show(Binding::JvlPIst, position);
             show(
                 Binding::JvlVIst,

@@ -1,6 +1,6 @@
 //! What JVL's modules show beside the CiA 402 objects (module manual, sections 4.3.5 and 4.3.7).
 
-use axis::{Level, Levels, Motion, Status};
+use axis::{Level, Levels, Motion, Status, Voltage};
 use bitflags::bitflags;
 
 use crate::slots::Parameters;
@@ -78,6 +78,11 @@ pub(crate) fn levels(parameters: Parameters<'_>) -> Levels {
         probe_2: level(parameters, Inputs::IN2),
         ..Levels::default()
     }
+}
+
+/// 0x2101: 1023 at 10 V (JVL Ethernet module manual, object 0x2101).
+pub(crate) fn analog_input(voltage: Voltage) -> i16 {
+    (voltage.0 / 10.0 * 1023.0).round().clamp(-1023.0, 1023.0) as i16
 }
 
 /// Whether the error action is a stop: 0x2011:08, bit 6; otherwise the motor becomes passive.

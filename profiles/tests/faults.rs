@@ -87,6 +87,24 @@ fn a_fault_whose_cause_lasts_cannot_be_reset() {
 }
 
 #[test]
+fn a_reset_that_brings_another_cause_to_light_tells_that_one() {
+    let mut bench = running(SERVO);
+    bench.plant().inject(PlantFault::DriveFault(DriveFault::OverCurrent));
+    assert_fault(&mut bench, 0x2310, CURRENT);
+    bench.plant().inject(PlantFault::StuckSwitch(Input::EmergencyStop, true));
+    bench.plant().clear(PlantFault::DriveFault(DriveFault::OverCurrent));
+    bench.run(10);
+    bench.control(0x80);
+    bench.run(10);
+    assert_eq!((bench.state(), bench.get(0x603F)), (State::Fault, 0x9000));
+    let events = bench.events();
+    let [DeviceEvent::Cleared(0x2310), DeviceEvent::Raised(fault)] = events.as_slice() else {
+        panic!("{events:?}")
+    };
+    assert_eq!(fault.code, 0x9000);
+}
+
+#[test]
 fn a_broken_encoder_is_a_fault_that_coasts_whatever_0x605e_says() {
     let mut bench = running(SERVO);
     bench.set(0x605E, 1);

@@ -2,8 +2,9 @@
 
 mod bench;
 
-use axis::{Input, PlantFault};
+use axis::{Input, PlantFault, Voltage};
 use bench::Bench;
+use profiles::Profile;
 
 const HIGH: bool = true;
 const LOW: bool = false;
@@ -71,6 +72,19 @@ fn the_limit_switches_of_jvls_module_act_only_where_they_are_enabled() {
     bench.batch(&[(0x2011, 7, 0x20)]).unwrap();
     set_level(&mut bench, Input::NegativeLimit, HIGH);
     assert_eq!(bench.get(0x60FD), 0b10);
+}
+
+#[test]
+fn the_analogue_input_counts_1023_at_10_volts() {
+    let text = Profile::text("jvl-mac00-fc4").unwrap();
+    let object = "object = [\n  { index = 0x2101, name = \"Analog input\", type = \"I16\", access = \"ro\", \
+                  bind = \"jvl_analog_input\" },";
+    let profile = Profile::parse("test.toml", &text.replacen("object = [", object, 1), None).unwrap();
+    let mut bench = Bench::of(profile);
+    for (volts, counts) in [(10.0, 1023), (-5.0, -512), (0.01, 1), (24.0, 1023), (0.0, 0)] {
+        bench.device.set_analog_input(0, Voltage(volts));
+        assert_eq!(bench.get(0x2101), counts, "{volts} V");
+    }
 }
 
 #[test]

@@ -282,13 +282,18 @@ impl Drive402 {
 
     /// Looks for faults after a raster step, and whether one that was reset is gone.
     fn watch(&mut self, context: &mut Context<'_>) {
-        let fault = context.axis.status().fault;
-        if core::mem::take(&mut self.is_resetting) && fault.is_none() {
-            self.perform(Transition::FaultReset, context);
+        let cause = context.axis.status().fault;
+        *context.is_referenced &= !cause.is_some_and(loses_reference);
+        let fault = cause.map(|fault| Fault::new(fault, self.dialect));
+        if core::mem::take(&mut self.is_resetting) {
+            match fault {
+                // The cause lasts, or another one has come to light.
+                Some(_) => self.fault = fault,
+                None => self.perform(Transition::FaultReset, context),
+            }
         }
         if let Some(fault) = fault {
-            *context.is_referenced &= !loses_reference(fault);
-            self.raise(Fault::new(fault, self.dialect), context);
+            self.raise(fault, context);
         } else if self.speed.step(context) {
             self.raise(Fault::over_speed(self.dialect), context);
         } else if self.meets_limit_switch(context) {

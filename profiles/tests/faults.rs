@@ -154,6 +154,11 @@ fn pushing_against_a_block_for_too_long_is_an_overload_after_a_warning() {
     bench.run(3_000);
     assert_reset(&mut bench, 0x2350);
     assert_eq!(bench.device.poll_timeout(), None, "a warm motor may sleep");
+    bench.run(20_000);
+    bench.enable(3);
+    bench.run(2_200);
+    assert!(!bench.is_set(7), "it has recovered while it slept");
+    assert_eq!(bench.get(0x6077).abs(), 2_000);
 }
 
 #[test]

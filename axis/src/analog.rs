@@ -4,6 +4,7 @@
 use crate::controller::{Coefficients, PositionController};
 use crate::drive::{Capabilities, Command, Demand, Drive, DriveFault, Feedback};
 use crate::inputs::Latches;
+use crate::limits::TorqueLimit;
 use crate::measurement::{Measurement, Scale, Sensor, SensorConfig};
 use crate::plant::{Amplifier, AmplifierConfig, AmplifierMode, Plant, PlantConfig};
 use crate::power_stage::PowerStage;
@@ -136,11 +137,11 @@ impl AnalogDrive {
         (cut(share, 1.0) * full_scale) as i32
     }
 
-    fn advance(&mut self, limit: Torque) {
+    fn advance(&mut self, limit: TorqueLimit) {
         let input = Voltage(f64::from(self.output) * 10.0 / f64::from(FULL_SCALE));
         for _ in 0..self.inner_steps {
             self.torque = if self.stage.is_on() {
-                Torque(cut(self.amplifier.torque(input, &self.plant, self.inner_seconds).0, limit.0))
+                limit.cut(self.amplifier.torque(input, &self.plant, self.inner_seconds))
             } else {
                 Torque(0.0)
             };
@@ -182,7 +183,7 @@ impl Drive for AnalogDrive {
             self.output = 0;
             self.due = self.position;
         }
-        self.advance(if is_powered { command.torque_limit } else { Torque(0.0) });
+        self.advance(if is_powered { command.torque_limit } else { TorqueLimit::default() });
         let latches = self.measure();
         Feedback {
             step: self.steps,

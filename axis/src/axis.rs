@@ -15,7 +15,7 @@ use core::num::NonZeroU32;
 use crate::drive::{Drive, DriveState};
 use crate::generator::{Generator, Stepping};
 use crate::inputs::Levels;
-use crate::limits::{Limits, PositionRange};
+use crate::limits::{Limits, PositionRange, TorqueLimit};
 use crate::order::Order;
 use crate::plant::Plant;
 use crate::profile::{FeedForward, Profile, SetPoint};
@@ -79,7 +79,7 @@ pub struct Axis {
     offset: Position,
     /// As they were set, before switches narrow them.
     limits: Limits,
-    torque_limit: Torque,
+    torque_limit: TorqueLimit,
     following_error_limit: Option<Position>,
     /// Raster steps for which a larger following error is tolerated.
     following_error_time: u32,
@@ -151,7 +151,7 @@ impl Axis {
             travel: Travel::Linear,
             offset: Position(0.0),
             limits,
-            torque_limit: limits.torque,
+            torque_limit: TorqueLimit::both(limits.torque),
             following_error_limit: None,
             following_error_time: 0,
             straying: 0,
@@ -326,11 +326,10 @@ impl Axis {
         self.generator.set_stepping(stepping);
     }
 
-    /// Limits the torque further than the axis maximum does; a sign is dropped, what is not a number ignored.
-    pub fn set_torque_limit(&mut self, limit: Torque) {
-        if !limit.0.is_nan() {
-            self.torque_limit = limit.abs();
-        }
+    /// Limits the torque further than the axis maximum does; signs are dropped, what is not a number allows none.
+    pub fn set_torque_limit(&mut self, limit: TorqueLimit) {
+        let side = |limit: Torque| TorqueLimit::both(limit).positive;
+        self.torque_limit = TorqueLimit { positive: side(limit.positive), negative: side(limit.negative) };
     }
 
     /// The largest following error that is no fault; `None` allows any.
@@ -431,6 +430,11 @@ impl Axis {
         if self.fence.settle(self.demand().position) {
             self.apply_limits();
         }
+    }
+
+    /// The highest torque as things stand.
+    fn allowed_torque(&self) -> TorqueLimit {
+        self.torque_limit.least(TorqueLimit::both(self.limits.torque))
     }
 
     /// Where set-points may be.

@@ -1,6 +1,7 @@
 //! What an axis needs from a drive, simulated or real.
 
 use crate::inputs::{Inputs, Latches};
+use crate::limits::TorqueLimit;
 use crate::plant::Plant;
 use crate::profile::{FeedForward, SetPoint};
 use crate::units::{Position, Temperature, Torque, Velocity, Voltage};
@@ -42,8 +43,8 @@ pub struct Command {
     pub feed_forward: FeedForward,
     /// A motion is going on or about to begin, see [`Capabilities::lead`].
     pub moving: bool,
-    /// Highest torque the motor may give in either direction.
-    pub torque_limit: Torque,
+    /// Highest torque the motor may give.
+    pub torque_limit: TorqueLimit,
     /// Highest speed to which a torque may drive the motor.
     pub velocity_limit: Velocity,
     /// Clear a fault; set for one period. A drive that needs longer reports `NotReady` meanwhile.

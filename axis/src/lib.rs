@@ -32,7 +32,7 @@ pub use controller::{Coefficients, PositionController};
 pub use drive::{Capabilities, Command, Demand, Drive, DriveFault, DriveState, Feedback};
 pub use generator::{Creep, Generator, Goal, Stepping};
 pub use inputs::{Edges, Input, Inputs, Latches, Level, Levels, Switch, Switches};
-pub use limits::{Limits, PositionRange};
+pub use limits::{Limits, PositionRange, TorqueLimit};
 pub use measurement::{Coding, Counting, Measurement, OutOfRange, Scale, Sensor, SensorConfig};
 pub use order::{Base, Finish, Mark, Order, Seek, SeekState};
 pub use plant::{

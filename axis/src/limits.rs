@@ -100,6 +100,40 @@ impl Default for Limits {
     }
 }
 
+/// The highest torque to either side, 0 or more per mille of the rated torque.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TorqueLimit {
+    /// Of a torque in positive direction.
+    pub positive: Torque,
+    /// Of a torque in negative direction, a magnitude.
+    pub negative: Torque,
+}
+
+impl TorqueLimit {
+    /// The same limit to both sides; a sign is dropped, what is not a number is zero.
+    #[must_use]
+    pub fn both(limit: Torque) -> Self {
+        let limit = Torque(magnitude(limit.0, f64::INFINITY));
+        Self { positive: limit, negative: limit }
+    }
+
+    /// The torque nearest to `torque` that is allowed; zero for what is not a number.
+    #[must_use]
+    pub fn cut(&self, torque: Torque) -> Torque {
+        let most = if torque.0 < 0.0 { self.negative } else { self.positive };
+        Torque(magnitude(torque.0, most.0.max(0.0)).copysign(torque.0))
+    }
+
+    /// The narrower limit on each side.
+    #[must_use]
+    pub fn least(self, other: Self) -> Self {
+        Self {
+            positive: Torque(self.positive.0.min(other.positive.0)),
+            negative: Torque(self.negative.0.min(other.negative.0)),
+        }
+    }
+}
+
 /// A closed range of positions that holds at least one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionRange {
@@ -192,6 +226,17 @@ mod tests {
         assert_eq!(limits.clamp(hard).deceleration, Acceleration(500.0));
         assert_eq!(limits.clamp(hard).acceleration, limits.acceleration);
         assert_eq!(limits.clamp(Profile::default()).deceleration, Acceleration(500.0));
+    }
+
+    #[test]
+    fn a_torque_is_cut_to_the_limit_of_its_side() {
+        let limit = TorqueLimit { positive: Torque(300.0), negative: Torque(50.0) };
+        let cuts = [-400.0, -20.0, 0.0, 299.0, f64::INFINITY].map(|torque| limit.cut(Torque(torque)).0);
+        assert_eq!(cuts, [-50.0, -20.0, 0.0, 299.0, 300.0]);
+        assert_eq!(limit.cut(Torque(f64::NAN)).abs(), Torque(0.0));
+        let both = TorqueLimit::both(Torque(-100.0));
+        assert_eq!(both.least(limit), TorqueLimit { positive: Torque(100.0), negative: Torque(50.0) });
+        assert_eq!(TorqueLimit::both(Torque(f64::NAN)), TorqueLimit::default());
     }
 
     #[test]

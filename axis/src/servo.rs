@@ -1,10 +1,11 @@
 //! A simulated drive: the plant under a cascaded controller.
 
 use crate::drive::{Capabilities, Command, Demand, Drive, Feedback};
+use crate::limits::TorqueLimit;
 use crate::plant::{Plant, PlantConfig};
 use crate::power_stage::PowerStage;
 use crate::profile::{FeedForward, SetPoint};
-use crate::units::{Period, Torque, Velocity, cut, magnitude};
+use crate::units::{Period, Torque, Velocity, cut};
 
 /// Longest period of the inner controller, in ns.
 const INNER_NANOS: u64 = 250_000;
@@ -66,9 +67,9 @@ impl SimulatedServo {
     }
 
     /// Follows the set-point, until the power electronics trip.
-    fn drive(&mut self, set_point: &SetPoint, feed_forward: &FeedForward, limit: Torque) {
+    fn drive(&mut self, set_point: &SetPoint, feed_forward: &FeedForward, limit: TorqueLimit) {
         let gains = Gains::of(&self.plant, self.inner_seconds);
-        let limit = Torque(magnitude(limit.0, self.plant.peak_torque().0));
+        let limit = limit.least(TorqueLimit::both(self.plant.peak_torque()));
         for left in (1..=self.inner_steps).rev() {
             if !self.stage.is_on() {
                 return self.coast(left);
@@ -82,9 +83,9 @@ impl SimulatedServo {
 
     /// Gives a torque that drives the motor to the highest speed at most, until the power electronics trip.
     #[inline(never)]
-    fn push(&mut self, torque: Torque, limit: Torque, highest: Velocity) {
+    fn push(&mut self, torque: Torque, limit: TorqueLimit, highest: Velocity) {
         self.controller = Controller::default();
-        let torque = if torque.0.is_nan() { Torque(0.0) } else { Torque(cut(torque.0, limit.0)) };
+        let torque = limit.cut(torque);
         let direction = if torque.0 < 0.0 { -1.0 } else { 1.0 };
         for left in (1..=self.inner_steps).rev() {
             if !self.stage.is_on() {
@@ -207,7 +208,7 @@ impl Controller {
         gains: &Gains,
         target: &SetPoint,
         extra: Torque,
-        limit: Torque,
+        limit: TorqueLimit,
     ) -> Torque {
         let lag = (target.position - plant.encoder()).0;
         let lag = lag - cut(lag, Self::DEAD_BAND);
@@ -216,10 +217,11 @@ impl Controller {
         let wanted = target.velocity.0 + catch_up;
         let steady = plant.torque_for(target.acceleration.0 + self.integral, wanted);
         let torque = Torque(steady.0 + gains.velocity * slip + extra.0);
-        if torque.abs() <= limit {
+        let given = limit.cut(torque);
+        if given == torque {
             self.integral += gains.integral * slip;
         }
-        if torque.0.is_nan() { Torque(0.0) } else { Torque(cut(torque.0, limit.0)) }
+        given
     }
 }
 

@@ -5,6 +5,7 @@
 
 use crate::drive::{Capabilities, Command, Demand, Drive, DriveFault, Feedback};
 use crate::inputs::Latches;
+use crate::limits::TorqueLimit;
 use crate::measurement::{Measurement, Scale, Sensor, SensorConfig};
 use crate::plant::{Plant, PlantConfig, Stepper, StepperConfig};
 use crate::power_stage::PowerStage;
@@ -134,12 +135,12 @@ impl StepDrive {
     }
 
     /// Turns from one place of the pulses to another.
-    fn advance(&mut self, from: Position, to: Position, limit: Torque) {
+    fn advance(&mut self, from: Position, to: Position, limit: TorqueLimit) {
         let share = 1.0 / f64::from(self.inner_steps);
         for inner in 1..=self.inner_steps {
             let place = from.0 + (to - from).0 * f64::from(inner) * share;
             self.torque = if self.stage.is_on() {
-                Torque(cut(self.motor.torque(rounded(place), &self.plant).0, limit.0))
+                limit.cut(self.motor.torque(rounded(place), &self.plant))
             } else {
                 Torque(0.0)
             };
@@ -183,7 +184,7 @@ impl Drive for StepDrive {
             self.pulses.step(from, false)
         };
         let to = self.pulses.place();
-        self.advance(from, to, if is_powered { command.torque_limit } else { Torque(0.0) });
+        self.advance(from, to, if is_powered { command.torque_limit } else { TorqueLimit::default() });
         self.velocity = Velocity((to - from).0 / self.period_seconds);
         let latches = self.measure(output.steps);
         Feedback {

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use axis::{
     Acceleration, Axis, Command, Drive, DriveFault, DriveState, Fault, Feedback, Limits, Motion, Period,
-    PlantConfig, Position, PositionRange, Profile, ServoConfig, SimulatedServo, Status, Torque, Velocity,
+    PlantConfig, Position, PositionRange, Profile, ServoConfig, SimulatedServo, Status, Torque, TorqueLimit,
+    Velocity,
 };
 use proptest::prelude::*;
 
@@ -158,7 +159,7 @@ fn a_new_position_moves_the_coordinates_and_nothing_else() {
 fn too_large_a_following_error_is_a_fault_until_it_is_reset() {
     let mut axis = enabled();
     axis.set_following_error_limit(Some(Position(500.0)));
-    axis.set_torque_limit(Torque(30.0));
+    axis.set_torque_limit(TorqueLimit::both(Torque(30.0)));
     axis.move_to(Position(50_000.0), PROFILE);
     let status = run(&mut axis, 500);
     assert_eq!((status.fault, status.drive), (Some(Fault::FollowingError), DriveState::Disabled));
@@ -203,7 +204,7 @@ fn numbers_that_make_no_sense_leave_the_axis_sane() {
         let mut axis = enabled();
         let (velocity, acceleration) = (Velocity(value), Acceleration(value));
         let profile = Profile { velocity, acceleration, deceleration: acceleration, jerk: None };
-        axis.set_torque_limit(Torque(value));
+        axis.set_torque_limit(TorqueLimit::both(Torque(value)));
         axis.set_following_error_limit(Some(Position(value)));
         axis.set_position(Position(value));
         axis.move_to(Position(value), profile);

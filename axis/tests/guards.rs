@@ -4,7 +4,7 @@ mod bench;
 
 use axis::{
     Acceleration, Axis, BehindLimit, DriveState, Fault, Guard, Level, Levels, Motion, Order, PlantConfig,
-    Position, PowerDelays, Reaction, Torque, Velocity,
+    Position, PowerDelays, Reaction, Torque, TorqueLimit, Velocity,
 };
 use bench::{PROFILE, complete, enabled, enabled_on, range, run, run_until, steps};
 
@@ -132,10 +132,10 @@ fn too_large_a_following_error_brakes_from_where_the_axis_is() {
     let mut axis = running();
     axis.set_following_error_limit(Some(Position(200.0)));
     run(&mut axis, 200);
-    axis.set_torque_limit(Torque(10.0));
+    axis.set_torque_limit(TorqueLimit::both(Torque(10.0)));
     let at_fault = run_until(&mut axis, |status| status.fault.is_some());
     assert_eq!(at_fault.fault, Some(Fault::FollowingError));
-    axis.set_torque_limit(Torque(3000.0));
+    axis.set_torque_limit(TorqueLimit::both(Torque(3000.0)));
     let status = run_until(&mut axis, |status| status.drive == DriveState::Disabled);
     let way = (status.actual.position - at_fault.actual.position).0;
     let expected = at_fault.actual.velocity.0.powi(2) / (2.0 * EMERGENCY.0);

@@ -2,7 +2,7 @@
 
 use axis::{
     Command, Demand, Drive, DriveState, Feedback, Load, Period, PlantConfig, Position, ServoConfig, SetPoint,
-    SimulatedServo, Torque, Velocity,
+    SimulatedServo, Torque, TorqueLimit, Velocity,
 };
 use profiles::{Motor, Profile};
 
@@ -48,7 +48,7 @@ fn follow(servo: &mut SimulatedServo, set_point: SetPoint) -> Feedback {
     servo.step(&Command {
         enable: true,
         demand: Demand::Position(set_point),
-        torque_limit: Torque(3000.0),
+        torque_limit: TorqueLimit::both(Torque(3000.0)),
         ..Command::default()
     })
 }

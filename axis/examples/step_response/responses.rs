@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 use axis::{
     Acceleration, AnalogConfig, AnalogDrive, Axis, Coefficients, Command, Creep, Demand, Drive, Feedback,
     Generator, Goal, Jerk, Limits, Load, Order, Period, Position, Profile, ServoConfig, SetPoint,
-    SimulatedServo, StepConfig, StepDrive, Stepping, Torque, Velocity,
+    SimulatedServo, StepConfig, StepDrive, Stepping, Torque, TorqueLimit, Velocity,
 };
 
 use crate::chart::{Chart, Panel, Series};
@@ -79,7 +79,7 @@ fn command(position: Position) -> Command {
     Command {
         enable: true,
         demand: Demand::Position(SetPoint { position, ..SetPoint::default() }),
-        torque_limit: Torque(3000.0),
+        torque_limit: TorqueLimit::both(Torque(3000.0)),
         ..Command::default()
     }
 }

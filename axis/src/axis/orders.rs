@@ -90,8 +90,7 @@ impl Axis {
     }
 
     fn push(&mut self, torque: Torque, slope: Torque) {
-        let limit = self.torque_limit.0.min(self.limits.torque.0);
-        let torque = Torque(if torque.0.is_nan() { 0.0 } else { cut(torque.0, limit) });
+        let torque = self.allowed_torque().cut(torque);
         if self.fence.blocks(torque.0) || self.is_barred(torque) {
             self.block();
         } else if self.leads_out(torque) {

@@ -6,6 +6,7 @@ use super::{Axis, Reaction, Task};
 use crate::drive::{Command, Demand, DriveState, Feedback};
 use crate::generator::Goal;
 use crate::inputs::Latches;
+use crate::limits::TorqueLimit;
 use crate::order::{Finish, SeekState};
 use crate::profile::{FeedForward, Profile, SetPoint};
 use crate::status::{Fault, Motion};
@@ -54,7 +55,7 @@ impl Axis {
     }
 
     fn drive_command(&self) -> Command {
-        let mut torque_limit = self.torque_limit.0.min(self.limits.torque.0);
+        let mut torque_limit = self.allowed_torque();
         let demand = match &self.task {
             Task::Push(push) => Demand::Torque(push.torque()),
             Task::Output(share) => Demand::Output(*share),
@@ -64,14 +65,14 @@ impl Axis {
             }
         };
         if let Some(limit) = self.pushes() {
-            torque_limit = torque_limit.min(limit.0);
+            torque_limit = torque_limit.least(TorqueLimit::both(limit));
         }
         Command {
             enable: self.power.is_on(),
             demand,
             feed_forward: self.feed_forward,
             moving: self.is_running() && self.is_moving(),
-            torque_limit: Torque(torque_limit),
+            torque_limit,
             velocity_limit: self.limits.velocity,
             reset_fault: self.reset,
         }

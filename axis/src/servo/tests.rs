@@ -25,7 +25,7 @@ fn following(position: f64, velocity: f64, acceleration: f64) -> Command {
     Command {
         enable: true,
         demand: Demand::Position(set_point),
-        torque_limit: Torque(3000.0),
+        torque_limit: TorqueLimit::both(Torque(3000.0)),
         ..Command::default()
     }
 }
@@ -69,9 +69,23 @@ fn it_settles_on_the_count_against_friction() {
 fn the_torque_limit_holds() {
     let mut servo = servo(PlantConfig::default());
     settle(&mut servo, 0.0);
-    let command = Command { torque_limit: Torque(50.0), ..on(10_000.0) };
+    let command = Command { torque_limit: TorqueLimit::both(Torque(50.0)), ..on(10_000.0) };
     for _ in 0..200 {
         assert!(servo.step(&command).torque.abs() <= Torque(50.0));
+    }
+}
+
+#[test]
+fn each_side_has_a_torque_limit_of_its_own() {
+    let torque_limit = TorqueLimit { positive: Torque(300.0), negative: Torque(40.0) };
+    for (target, most) in [(10_000.0, 300.0), (-10_000.0, 40.0)] {
+        let mut servo = servo(PlantConfig::default());
+        settle(&mut servo, 0.0);
+        let torque = servo.step(&Command { torque_limit, ..on(target) }).torque;
+        assert_eq!(torque.abs(), Torque(most));
+        let (demand, velocity_limit) = (Demand::Torque(Torque(target)), Velocity(1e9));
+        let push = Command { torque_limit, demand, velocity_limit, ..on(0.0) };
+        assert_eq!(servo.step(&push).torque.abs(), Torque(most));
     }
 }
 
@@ -81,7 +95,7 @@ fn the_motor_gives_no_more_than_its_peak_and_winds_nothing_up_there() {
     settle(&mut servo, 0.0);
     servo.plant().unwrap().inject(PlantFault::BlockedShaft);
     for _ in 0..1000 {
-        let command = Command { torque_limit: Torque(1e6), ..on(5000.0) };
+        let command = Command { torque_limit: TorqueLimit::both(Torque(1e6)), ..on(5000.0) };
         assert_eq!(servo.step(&command).torque, Torque(1000.0));
     }
     servo.plant().unwrap().clear(PlantFault::BlockedShaft);
@@ -297,7 +311,7 @@ proptest! {
         let mut servo = servo(plant);
         for [position, velocity, acceleration, limit] in commands {
             let command = Command {
-                torque_limit: Torque(limit),
+                torque_limit: TorqueLimit::both(Torque(limit)),
                 reset_fault: true,
                 ..following(position, velocity, acceleration)
             };

@@ -14,6 +14,7 @@ pub(crate) fn of_motor(motor: &Motor) -> Limits {
     Limits {
         velocity: units::from_rpm(i64::from(motor.max_speed_rpm), motor.counts_per_revolution),
         acceleration: axis::Acceleration(radians / TAU * f64::from(motor.counts_per_revolution)),
+        deceleration: None,
         jerk: None,
         deceleration: None,
         torque: axis::Torque(1000.0 * motor.peak_torque_factor),
@@ -41,7 +42,9 @@ pub(crate) fn apply(motor: &Motor, parameters: Parameters<'_>, axis: &mut Axis) 
     if *axis.limits() != limits {
         axis.set_limits(limits);
     }
-    axis.set_torque_limit(parameters.units.torque(parameters.or(Binding::MaxTorque, i64::MAX)));
+    axis.set_torque_limit(axis::TorqueLimit::both(
+        parameters.units.torque(parameters.or(Binding::MaxTorque, i64::MAX)),
+    ));
     // 0xFFFFFFFF switches the supervision off (IEC 61800-7-201, 0x6065).
     let window = parameters.get(Binding::FollowingErrorWindow).filter(|w| *w != i64::from(u32::MAX));
     axis.set_following_error_limit(window.map(|w| parameters.units.distance(w)));

@@ -123,12 +123,18 @@ bindings! {
     TorqueActual = "torque_actual",
     /// 0x607A: where to go in the position modes.
     TargetPosition = "target_position",
+    /// 0x607B:01: lower end of the range in which positions are shown.
+    MinPositionRange = "min_position_range",
+    /// 0x607B:02: upper end of it.
+    MaxPositionRange = "max_position_range",
     /// 0x607C: from the home position to the zero position.
     HomeOffset = "home_offset",
     /// 0x607D:01: lower software position limit.
     MinPositionLimit = "min_position_limit",
     /// 0x607D:02: upper software position limit.
     MaxPositionLimit = "max_position_limit",
+    /// 0x607E: sign of positions and velocities.
+    Polarity = "polarity",
     /// 0x607F: velocity limit of profiles.
     MaxProfileVelocity = "max_profile_velocity",
     /// 0x6080: speed limit of the motor.
@@ -191,6 +197,46 @@ bindings! {
     MaxSlippage = "max_slippage",
     /// 0x60FC: demand position in increments.
     PositionDemandInternal = "position_demand_internal",
+    /// 0x608F:01: increments of the position encoder...
+    PositionEncoderIncrements = "position_encoder_increments",
+    /// 0x608F:02: ...in so many turns of the motor.
+    PositionEncoderRevolutions = "position_encoder_revolutions",
+    /// 0x6090:01: increments per second of the velocity encoder...
+    VelocityEncoderIncrements = "velocity_encoder_increments",
+    /// 0x6090:02: ...at so many turns of the motor per second.
+    VelocityEncoderRevolutions = "velocity_encoder_revolutions",
+    /// 0x6091:01: turns of the motor...
+    GearMotorRevolutions = "gear_motor_revolutions",
+    /// 0x6091:02: ...in so many turns of the shaft.
+    GearShaftRevolutions = "gear_shaft_revolutions",
+    /// 0x6092:01: feed in position units...
+    Feed = "feed",
+    /// 0x6092:02: ...in so many turns of the shaft.
+    FeedShaftRevolutions = "feed_shaft_revolutions",
+    /// 0x6093:01: position units to counts, numerator.
+    PositionFactorNumerator = "position_factor_numerator",
+    /// 0x6093:02: position units to counts, divisor.
+    PositionFactorDivisor = "position_factor_divisor",
+    /// 0x6094:01: velocity units to counts/s, numerator.
+    VelocityEncoderFactorNumerator = "velocity_encoder_factor_numerator",
+    /// 0x6094:02: velocity units to counts/s, divisor.
+    VelocityEncoderFactorDivisor = "velocity_encoder_factor_divisor",
+    /// 0x6096:01: velocity units to position units/s, numerator.
+    VelocityFactorNumerator = "velocity_factor_numerator",
+    /// 0x6096:02: velocity units to position units/s, divisor.
+    VelocityFactorDivisor = "velocity_factor_divisor",
+    /// 0x6097:01: acceleration units to position units/s² (JVL: counts/s²), numerator.
+    AccelerationFactorNumerator = "acceleration_factor_numerator",
+    /// 0x6097:02: acceleration units to position units/s² (JVL: counts/s²), divisor.
+    AccelerationFactorDivisor = "acceleration_factor_divisor",
+    /// 0x60A2:01: jerk units to position units/s³, numerator.
+    JerkFactorNumerator = "jerk_factor_numerator",
+    /// 0x60A2:02: jerk units to position units/s³, divisor.
+    JerkFactorDivisor = "jerk_factor_divisor",
+    /// 0x60E0: torque limit in positive direction.
+    PositiveTorqueLimit = "positive_torque_limit",
+    /// 0x60E1: torque limit in negative direction.
+    NegativeTorqueLimit = "negative_torque_limit",
     /// 0x60FF: how fast to go in the velocity modes.
     TargetVelocity = "target_velocity",
     /// 0x60C5: acceleration limit.

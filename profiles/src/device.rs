@@ -10,7 +10,7 @@ use core::time::Duration;
 use axis::{Axis, Period, Plant, PlantConfig, Position, ServoConfig, SimulatedServo, Velocity, Voltage};
 use od::{Dictionary, Instant, Schema, Slot};
 
-use crate::cia402::units::{self, Units};
+use crate::cia402::units::{self, Units, factors};
 use crate::cia402::{Context, Drive402, Fault, Mode, RpmUnits, SetPoints, State, Statusword, View};
 use crate::cia402::{inputs_outputs, touch_probe::TouchProbe};
 use crate::raster::Alignment;
@@ -62,10 +62,20 @@ pub struct Device {
     dropped_steps: u64,
 }
 
+/// What becomes of 0x6093 when factors were written.
+#[derive(Clone, Copy, Debug, Default)]
+struct PositionFactor {
+    /// What it is calculated from was written.
+    is_due: bool,
+    /// It was written itself.
+    is_given: bool,
+}
+
 /// One axis with its drive and its place in the dictionary.
 struct Unit {
     slots: Slots,
     units: Units,
+    position_factor: PositionFactor,
     dialect: Dialect,
     motor: Motor,
     axis: Axis,
@@ -148,6 +158,7 @@ impl Device {
     pub fn apply(&mut self, now: Instant) {
         let mut commanded = 0_u8;
         let mut changed = 0_u8;
+        let mut rescaled = 0_u8;
         while let Some(slot) = self.dictionary.take_written() {
             let Ok(position) = self.bound.binary_search_by_key(&slot, |(bound, ..)| *bound) else { continue };
             let Some((_, axis, binding)) = self.bound.get(position) else { continue };
@@ -157,15 +168,27 @@ impl Device {
             let mask = 1_u8.checked_shl(u32::from(*axis)).unwrap_or(0);
             match binding {
                 Binding::Controlword => commanded |= mask,
+                factor if factors::is_factor(*factor) => {
+                    rescaled |= mask;
+                    if let Some(unit) = self.units.get_mut(usize::from(*axis)) {
+                        unit.note_factor(*factor);
+                    }
+                }
                 _ => changed |= mask,
             }
         }
-        if commanded | changed == 0 {
+        if commanded | changed | rescaled == 0 {
             return;
         }
         for (number, unit) in (0_u32..).zip(&mut self.units) {
             let is_in = |mask: u8| mask >> number & 1 == 1;
+            if is_in(rescaled) {
+                unit.rescale(&mut self.dictionary);
+            }
             let (drive, touch_probe, mut context) = unit.split(&self.dictionary);
+            if is_in(rescaled) {
+                drive.handle_units(&mut context);
+            }
             if is_in(changed) {
                 drive.handle_parameters(&mut context);
                 touch_probe.update(context.parameters);
@@ -225,6 +248,7 @@ impl Device {
         self.events.clear();
         for unit in &mut self.units {
             unit.reset(&self.profile);
+            unit.read_units(&self.dictionary);
             let (drive, _, mut context) = unit.split(&self.dictionary);
             drive.handle_parameters(&mut context);
             unit.wake(now);
@@ -338,6 +362,7 @@ impl Unit {
         Self {
             slots: Slots::new(schema, &profile.bindings, axis),
             units: Units::default(),
+            position_factor: PositionFactor::default(),
             dialect: profile.dialect,
             motor: motor.clone(),
             axis: Axis::new(period, crate::cia402::limits_of(motor), Box::new(drive)),
@@ -379,6 +404,28 @@ impl Unit {
             let period = Duration::from_nanos(self.axis.period().nanos());
             self.next = self.next.map(|next| self.alignment.align(next, now, period));
         }
+    }
+
+    /// Notes that a factor was written.
+    fn note_factor(&mut self, binding: Binding) {
+        self.position_factor.is_due |= factors::makes_position_factor(binding);
+        self.position_factor.is_given |= factors::is_position_factor(binding);
+    }
+
+    /// Follows factors that were written. 0x6093 is calculated from the others unless it was written with them.
+    fn rescale(&mut self, dictionary: &mut Dictionary) {
+        let PositionFactor { is_due, is_given } = core::mem::take(&mut self.position_factor);
+        if is_due && !is_given {
+            let get = |binding| self.slots.integer(dictionary, binding);
+            for (binding, value) in factors::position_factor(get) {
+                self.slots.show(dictionary, binding, value.into());
+            }
+        }
+        self.read_units(dictionary);
+    }
+
+    fn read_units(&mut self, dictionary: &Dictionary) {
+        self.units = Units::read(self.dialect, |binding| self.slots.integer(dictionary, binding));
     }
 
     /// Schedules the next step if the axis may do anything.
@@ -427,10 +474,10 @@ impl Unit {
         show(Binding::ErrorCode, self.drive.fault().map_or(0, |f| i64::from(f.code)));
         show(Binding::VlVelocityDemand, rpm.shown(status.demand.velocity));
         show(Binding::VlVelocityActual, rpm.shown(status.actual.velocity));
-        show(Binding::PositionDemandInternal, units::shown_increments(status.demand.position));
+        show(Binding::PositionDemandInternal, units::counter(status.demand.position));
         show(Binding::PositionDemand, self.units.shown_position(status.demand.position));
         show(Binding::PositionActual, position);
-        show(Binding::FollowingErrorActual, self.units.shown_position(status.following_error));
+        show(Binding::FollowingErrorActual, self.units.shown_way(status.following_error));
         show(Binding::VelocityDemand, self.units.shown_velocity(status.demand.velocity));
         show(Binding::VelocitySensorActual, velocity);
         show(Binding::VelocityActual, velocity);
@@ -442,11 +489,8 @@ impl Unit {
             show(Binding::JvlMotorStatus, i64::from(motor_status.bits()));
             show(Binding::JvlInputs, i64::from(inputs));
             show(Binding::JvlAnalogInput, i64::from(jvl::analog_input(self.analog_input)));
-            show(Binding::JvlPIst, position);
-            show(
-                Binding::JvlVIst,
-                self.units.shown_velocity(per_sample(status.actual.velocity, self.axis.period())),
-            );
+            show(Binding::JvlPIst, units::counter(status.actual.position));
+            show(Binding::JvlVIst, units::whole(per_sample(status.actual.velocity, self.axis.period())));
         }
     }
 }
@@ -470,6 +514,6 @@ impl Unit {
 }
 
 /// Counts per raster step, the motor's own unit of velocity.
-fn per_sample(velocity: Velocity, period: Period) -> Velocity {
-    Velocity(velocity.0 * period.seconds())
+fn per_sample(velocity: Velocity, period: Period) -> f64 {
+    velocity.0 * period.seconds()
 }

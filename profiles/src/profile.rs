@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use od::{AbortCode, Address, Initial, Schema, Value, Veto, eds};
 
+use crate::cia402::units::factors;
 use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
 use crate::{Binding, Diagnostics, Mode, Motor, file};
 
@@ -109,8 +110,7 @@ impl Profile {
     fn guarded(mut self) -> Self {
         let mut application = Arc::unwrap_or_clone(self.application);
         for bound in &self.bindings {
-            let veto = vetoes(self.dialect).into_iter().find(|(binding, _)| *binding == bound.binding);
-            if let Some((_, veto)) = veto {
+            if let Some(veto) = veto(bound.binding, self.dialect) {
                 application.set_veto(bound.address, veto);
             }
         }
@@ -161,30 +161,28 @@ impl Profile {
     }
 }
 
-/// What a drive of this dialect objects to: what it does not have, and what the standard reserves.
-fn vetoes(dialect: Dialect) -> [(Binding, Veto); 8] {
-    let mode: Veto = match dialect {
-        Dialect::Cia402 => |_, _, raw| check_mode(raw, Dialect::Cia402),
-        Dialect::Jvl => |_, _, raw| check_mode(raw, Dialect::Jvl),
-    };
-    let method: Veto = match dialect {
-        Dialect::Cia402 => |_, _, raw| check_method(raw, Dialect::Cia402),
-        Dialect::Jvl => |_, _, raw| check_method(raw, Dialect::Jvl),
-    };
-    let shape: Veto = match dialect {
-        Dialect::Cia402 => |_, _, raw| check([LINEAR, JERK_LIMITED].contains(&i64::from(raw as u16 as i16))),
-        Dialect::Jvl => |_, _, raw| check(LINEAR == i64::from(raw as u16 as i16)),
-    };
-    [
-        (Binding::ModesOfOperation, mode),
-        (Binding::HomingMethod, method),
-        (Binding::MotionProfileType, shape),
-        (Binding::ProfileJerkUse, |_, _, raw| check(matches!(raw as u8, 1 | 2 | 4))),
-        (Binding::PositioningOption, |_, _, raw| check(has_positioning_options(raw as u16))),
-        (Binding::TouchProbeFunction, touch_probe::check_function),
-        (Binding::TouchProbe1Source, touch_probe::check_source),
-        (Binding::TouchProbe2Source, touch_probe::check_source),
-    ]
+/// What a drive of this dialect objects to at `binding`: what it does not have, what the standard reserves, and
+/// fractions with a zero.
+fn veto(binding: Binding, dialect: Dialect) -> Option<Veto> {
+    use Dialect::{Cia402, Jvl};
+    match (binding, dialect) {
+        (Binding::ModesOfOperation, Cia402) => Some(|_, _, raw| check_mode(raw, Cia402)),
+        (Binding::ModesOfOperation, Jvl) => Some(|_, _, raw| check_mode(raw, Jvl)),
+        (Binding::HomingMethod, Cia402) => Some(|_, _, raw| check_method(raw, Cia402)),
+        (Binding::HomingMethod, Jvl) => Some(|_, _, raw| check_method(raw, Jvl)),
+        (Binding::MotionProfileType, Cia402) => {
+            Some(|_, _, raw| check([LINEAR, JERK_LIMITED].contains(&i64::from(raw as u16 as i16))))
+        }
+        (Binding::MotionProfileType, Jvl) => Some(|_, _, raw| check(LINEAR == i64::from(raw as u16 as i16))),
+        (Binding::ProfileJerkUse, _) => Some(|_, _, raw| check(matches!(raw as u8, 1 | 2 | 4))),
+        (Binding::PositioningOption, _) => Some(|_, _, raw| check(has_positioning_options(raw as u16))),
+        (Binding::TouchProbeFunction, _) => Some(touch_probe::check_function),
+        (Binding::TouchProbe1Source | Binding::TouchProbe2Source, _) => Some(touch_probe::check_source),
+        // Bits 0-5 of 0x607E are reserved.
+        (Binding::Polarity, _) => Some(|_, _, raw| check(raw & 0x3F == 0)),
+        (part, _) if factors::is_fraction(part) => Some(|_, _, raw| check(raw != 0)),
+        (_, _) => None,
+    }
 }
 
 /// Whether 0x60F2 holds none but the options that a linear axis with one interpolator has.

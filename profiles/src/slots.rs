@@ -26,6 +26,12 @@ impl Slots {
         self.0.get(binding as usize).copied().flatten()
     }
 
+    /// The integer at `binding`, if this device has it.
+    pub(crate) fn integer(&self, dictionary: &Dictionary, binding: Binding) -> Option<i64> {
+        // No entry is wider than 64 bits, and none of those that are bound is an UNSIGNED64.
+        self.get(binding).map(|slot| dictionary.integer(slot) as i64)
+    }
+
     /// Shows `value` at `binding`, in two's complement, if this device has it.
     pub(crate) fn show(&self, dictionary: &mut Dictionary, binding: Binding, value: i64) {
         if let Some(slot) = self.get(binding) {
@@ -46,8 +52,7 @@ pub(crate) struct Parameters<'a> {
 impl Parameters<'_> {
     /// The integer at `binding`, if this device has it.
     pub(crate) fn get(&self, binding: Binding) -> Option<i64> {
-        // No entry is wider than 64 bits, and none of those that are bound is an UNSIGNED64.
-        self.slots.get(binding).map(|slot| self.dictionary.integer(slot) as i64)
+        self.slots.integer(self.dictionary, binding)
     }
 
     /// The integer at `binding`, or what the standard assumes where the object is missing.

@@ -28,7 +28,7 @@ pub(crate) struct Context<'a> {
 impl Context<'_> {
     /// Puts the limits of the objects on the axis.
     pub(crate) fn apply_limits(&mut self) {
-        limits::apply(self.motor, self.parameters, self.axis);
+        limits::apply(self);
     }
 
     /// The ramp that ends a motion in its mode.
@@ -127,6 +127,12 @@ impl Drive402 {
     /// The fault that the drive is in.
     pub(crate) fn fault(&self) -> Option<Fault> {
         self.fault
+    }
+
+    /// Acts on new units: the limits follow them, and nothing moves.
+    #[expect(clippy::unused_self, reason = "one of the drive's verbs")]
+    pub(crate) fn handle_units(&self, context: &mut Context<'_>) {
+        context.apply_limits();
     }
 
     /// Acts on objects that were written, the controlword aside.

@@ -1,10 +1,10 @@
-//! The limits that a drive's objects put on its axis.
+//! The limits that a drive's objects put on its axis, each in its user unit.
 
-use axis::{Axis, Limits, Period, Position, PositionRange};
+use axis::{Acceleration, Limits, Period, PositionRange, Torque, TorqueLimit, Velocity};
 
-use super::units;
+use super::{Context, units};
 use crate::slots::Parameters;
-use crate::{Binding, Motor};
+use crate::{Binding, Dialect, Motor};
 
 /// What the motor can do: the limits of an axis before any object narrows them.
 pub(crate) fn of_motor(motor: &Motor) -> Limits {
@@ -13,42 +13,34 @@ pub(crate) fn of_motor(motor: &Motor) -> Limits {
     let radians = 0.9 * motor.rated_torque_nm * motor.peak_torque_factor / (2.0 * motor.rotor_inertia_kg_m2);
     Limits {
         velocity: units::from_rpm(i64::from(motor.max_speed_rpm), motor.counts_per_revolution),
-        acceleration: axis::Acceleration(radians / TAU * f64::from(motor.counts_per_revolution)),
+        acceleration: Acceleration(radians / TAU * f64::from(motor.counts_per_revolution)),
         deceleration: None,
         jerk: None,
-        deceleration: None,
-        torque: axis::Torque(1000.0 * motor.peak_torque_factor),
+        torque: Torque(1000.0 * motor.peak_torque_factor),
         position: None,
     }
 }
 
 /// Puts the limits of the objects on the axis, never beyond those of the motor.
-pub(crate) fn apply(motor: &Motor, parameters: Parameters<'_>, axis: &mut Axis) {
+pub(crate) fn apply(context: &mut Context<'_>) {
+    let Context { parameters, axis, motor, dialect, .. } = context;
     let of_motor = of_motor(motor);
-    let speed =
-        parameters.get(Binding::MaxMotorSpeed).map(|rpm| units::from_rpm(rpm, motor.counts_per_revolution));
-    let profile = parameters.get(Binding::MaxProfileVelocity).map(|v| parameters.units.velocity(v));
-    let velocity =
-        [speed, profile].into_iter().flatten().fold(of_motor.velocity.0, |least, v| least.min(v.0));
-    let ramp = [Binding::MaxAcceleration, Binding::MaxDeceleration].map(|b| parameters.get(b));
-    let ramp = ramp.into_iter().flatten().filter(|v| *v > 0).map(|v| v as f64);
-    let acceleration = ramp.fold(of_motor.acceleration.0, f64::min);
+    let ramp = |binding| ramp(*parameters, binding, of_motor.acceleration);
     let limits = Limits {
-        velocity: axis::Velocity(velocity),
-        acceleration: axis::Acceleration(acceleration),
-        position: software_limits(parameters),
+        velocity: velocity(*parameters, motor, of_motor.velocity),
+        acceleration: ramp(Binding::MaxAcceleration),
+        deceleration: Some(ramp(Binding::MaxDeceleration)),
+        position: software_limits(*parameters, *dialect),
         ..of_motor
     };
     if *axis.limits() != limits {
         axis.set_limits(limits);
     }
-    axis.set_torque_limit(axis::TorqueLimit::both(
-        parameters.units.torque(parameters.or(Binding::MaxTorque, i64::MAX)),
-    ));
+    axis.set_torque_limit(torque_limit(*parameters));
     // 0xFFFFFFFF switches the supervision off (IEC 61800-7-201, 0x6065).
     let window = parameters.get(Binding::FollowingErrorWindow).filter(|w| *w != i64::from(u32::MAX));
     axis.set_following_error_limit(window.map(|w| parameters.units.distance(w)));
-    axis.set_following_error_time(following_error_time(parameters, axis.period()));
+    axis.set_following_error_time(following_error_time(*parameters, axis.period()));
 }
 
 /// 0x6066 in raster steps, the last one begun.
@@ -57,9 +49,38 @@ fn following_error_time(parameters: Parameters<'_>, period: Period) -> u32 {
     u32::try_from(nanos.div_ceil(period.nanos())).unwrap_or(u32::MAX)
 }
 
-/// 0x607D; equal limits, as both are from factory, are none.
-fn software_limits(parameters: Parameters<'_>) -> Option<PositionRange> {
+/// The least of 0x607F, 0x6080 and what the motor can.
+fn velocity(parameters: Parameters<'_>, motor: &Motor, most: Velocity) -> Velocity {
+    let profile = parameters.get(Binding::MaxProfileVelocity).map(|v| parameters.units.velocity(v));
+    let speed =
+        parameters.get(Binding::MaxMotorSpeed).map(|rpm| units::from_rpm(rpm, motor.counts_per_revolution));
+    [profile, speed].into_iter().flatten().fold(most, |least, v| Velocity(least.0.min(v.0)))
+}
+
+/// 0x60C5 or 0x60C6; zero is no limit beside that of the motor.
+fn ramp(parameters: Parameters<'_>, binding: Binding, most: Acceleration) -> Acceleration {
+    let limit = parameters.get(binding).filter(|value| *value > 0);
+    limit.map_or(most, |value| Acceleration(parameters.units.acceleration(value).0.min(most.0)))
+}
+
+/// On each side the lesser of 0x6072 and 0x60E0 or 0x60E1.
+fn torque_limit(parameters: Parameters<'_>) -> TorqueLimit {
+    let torque = |binding| parameters.units.torque(parameters.or(binding, i64::MAX));
+    let sides = TorqueLimit {
+        positive: torque(Binding::PositiveTorqueLimit),
+        negative: torque(Binding::NegativeTorqueLimit),
+    };
+    sides.least(TorqueLimit::both(torque(Binding::MaxTorque)))
+}
+
+/// 0x607D. By the standard it counts from the machine home position, so 0x607C is taken off; the module manual knows
+/// nothing of that.
+fn software_limits(parameters: Parameters<'_>, dialect: Dialect) -> Option<PositionRange> {
     let min = parameters.get(Binding::MinPositionLimit)?;
     let max = parameters.get(Binding::MaxPositionLimit)?;
-    if min == max { None } else { PositionRange::new(Position(min as f64), Position(max as f64)) }
+    let offset = match dialect {
+        Dialect::Cia402 => parameters.or(Binding::HomeOffset, 0),
+        Dialect::Jvl => 0,
+    };
+    parameters.units.range(min, max, offset)
 }

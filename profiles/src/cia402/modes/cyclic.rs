@@ -140,7 +140,7 @@ pub(super) fn feed_forward(parameters: Parameters<'_>) -> FeedForward {
 
 /// 0x60B1.
 pub(super) fn velocity_offset(parameters: Parameters<'_>) -> Velocity {
-    parameters.units.velocity(parameters.or(Binding::VelocityOffset, 0))
+    parameters.units.target_velocity(parameters.or(Binding::VelocityOffset, 0))
 }
 
 /// 0x60B2.

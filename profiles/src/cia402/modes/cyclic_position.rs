@@ -82,7 +82,7 @@ impl CyclicPosition {
         let place = parameters
             .units
             .position(parameters.or(Binding::TargetPosition, 0), axis.status().demand.position);
-        let target = place + parameters.units.distance(parameters.or(Binding::PositionOffset, 0));
+        let target = place + parameters.units.way(parameters.or(Binding::PositionOffset, 0));
         let before = self.target.replace(target).filter(|_| self.stream.is_steady());
         self.change = before.map_or(Position(0.0), |before| target - before);
         axis.order(Order::TrackPosition { target, over });

@@ -29,7 +29,7 @@ impl CyclicVelocity {
         if context.written.contains(SetPoints::VELOCITY) {
             let over = self.stream.arrive(time_of(context));
             let Context { parameters, axis, .. } = context;
-            let target = parameters.units.velocity(parameters.or(Binding::TargetVelocity, 0));
+            let target = parameters.units.target_velocity(parameters.or(Binding::TargetVelocity, 0));
             axis.order(Order::TrackVelocity { target: target + velocity_offset(*parameters), over });
         }
         if self.stream.is_followed() {

@@ -7,7 +7,7 @@
 mod method;
 mod search;
 
-use axis::{Acceleration, Limits, Position, Profile, Torque, Velocity};
+use axis::{Acceleration, Limits, Position, Profile, Torque, TorqueLimit, Velocity};
 
 use super::ModeBits;
 use crate::cia402::{Context, Controlword, View};
@@ -190,7 +190,7 @@ fn apply_own_limits(context: &mut Context<'_>) {
     let limits = Limits { position: None, ..*axis.limits() };
     axis.set_limits(limits);
     if let Some(torque) = parameters.get(Binding::JvlHomingTorque) {
-        axis.set_torque_limit(parameters.units.torque(torque));
+        axis.set_torque_limit(TorqueLimit::both(parameters.units.torque(torque)));
     }
 }
 

@@ -69,7 +69,7 @@ impl ProfileVelocity {
     /// Commands the axis if target or ramps have changed.
     fn command(&mut self, context: &mut Context<'_>) {
         let Context { parameters, axis, .. } = context;
-        let target = parameters.units.velocity(parameters.or(Binding::TargetVelocity, 0));
+        let target = parameters.units.target_velocity(parameters.or(Binding::TargetVelocity, 0));
         let profile = ramps::profile(*parameters, axis.limits().velocity);
         if self.commanded != Some((target, profile)) {
             self.commanded = Some((target, profile));

@@ -86,7 +86,7 @@ impl SetPoint {
         let options = Options::read(context);
         let value = parameters.or(Binding::TargetPosition, 0);
         let aim = if word.contains(Controlword::RELATIVE) {
-            Aim::By(parameters.units.distance(value), options.base())
+            Aim::By(parameters.units.way(value), options.base())
         } else {
             Aim::At(parameters.units.position(value, axis.status().demand.position))
         };

@@ -108,6 +108,13 @@ fn each_side_has_a_torque_limit_of_its_own_below_that_of_both() {
     assert!(least < -300 && most > 300, "{least} {most}");
 }
 
+#[test]
+fn the_rated_torque_is_that_of_the_motor_and_cannot_be_written() {
+    let mut bench = servo();
+    assert_eq!(bench.get(0x6076), 1000);
+    assert_eq!(bench.batch(&[(0x6076, 0, 5)]), Err(od::AbortCode::ReadOnly));
+}
+
 /// Where moves far to both sides end, in counts.
 fn ends(bench: &mut Bench) -> (f64, f64) {
     bench.enable(PP);

@@ -1,5 +1,6 @@
 //! Virtual CAN interfaces of the kernel, and can-utils on them.
 
+use std::path::Path;
 use std::process::{Command, ExitStatus};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
@@ -14,6 +15,8 @@ static NEXT: AtomicU32 = AtomicU32::new(1);
 
 /// A COB-ID that CiA 301 reserves (table 38), so that no node minds it.
 const MARK_ID: &str = "7FF";
+/// Bytes: enough for thousands of frames, while a slow machine does other things.
+const RECEIVE_BUFFER: &str = "16777216";
 const REPEAT_PERIOD: Duration = Duration::from_millis(200);
 
 /// A virtual CAN interface of its own for one test. It goes away on drop.
@@ -84,7 +87,8 @@ impl Wire {
     /// Starts to record and returns once it does.
     #[must_use]
     pub fn on(interface: &Vcan) -> Self {
-        let candump = Process::spawn("candump", Command::new("candump").args(["-L", interface.name()]));
+        let arguments = ["-L", "-r", RECEIVE_BUFFER, interface.name()];
+        let candump = Process::spawn("candump", Command::new("candump").args(arguments));
         let mut wire = Self { interface: interface.0.clone(), candump, frames: Vec::new() };
         wire.catch_up();
         wire
@@ -93,6 +97,12 @@ impl Wire {
     /// Sends one frame, for example `601#4000100000000000`.
     pub fn send(&self, frame: &str) {
         run("cansend", &[&self.interface, frame]);
+    }
+
+    /// Plays a log as `candump` writes it, each frame at its time, and returns after the last one.
+    pub fn play(&self, log: &Path) {
+        let file = log.to_str().expect("temporary paths are UTF-8");
+        run("canplayer", &["-I", file]);
     }
 
     /// Waits until this frame has been on the bus, after those that were already waited for.

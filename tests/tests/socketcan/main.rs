@@ -1,6 +1,7 @@
 //! The daemon on real SocketCAN interfaces, each test on one of its own.
 
 mod bus_state;
+mod cyclic;
 mod garbage;
 
 use std::thread;

@@ -232,7 +232,7 @@ mod tests {
     fn a_torque_is_cut_to_the_limit_of_its_side() {
         let limit = TorqueLimit { positive: Torque(300.0), negative: Torque(50.0) };
         let cuts = [-400.0, -20.0, 0.0, 299.0, f64::INFINITY].map(|torque| limit.cut(Torque(torque)).0);
-        assert_eq!(cuts, [-50.0, -20.0, 0.0, 299.0, 300.0]);
+        assert_eq!(cuts.map(Torque), [-50.0, -20.0, 0.0, 299.0, 300.0].map(Torque));
         assert_eq!(limit.cut(Torque(f64::NAN)).abs(), Torque(0.0));
         let both = TorqueLimit::both(Torque(-100.0));
         assert_eq!(both.least(limit), TorqueLimit { positive: Torque(100.0), negative: Torque(50.0) });

@@ -273,6 +273,8 @@ bindings! {
     DigitalOutputs = "digital_outputs",
     /// 0x60FE:02: which outputs 0x60FE:01 sets.
     DigitalOutputsMask = "digital_outputs_mask",
+    /// JVL 0x2010: commands to the module.
+    JvlCommand = "jvl_command",
     /// JVL 0x2011:01: inputs of the module.
     JvlInputs = "jvl_inputs",
     /// JVL 0x2011:03: state of the motor in bits.

@@ -159,6 +159,7 @@ impl Device {
         let mut commanded = 0_u8;
         let mut changed = 0_u8;
         let mut rescaled = 0_u8;
+        let mut module = 0_u8;
         while let Some(slot) = self.dictionary.take_written() {
             let Ok(position) = self.bound.binary_search_by_key(&slot, |(bound, ..)| *bound) else { continue };
             let Some((_, axis, binding)) = self.bound.get(position) else { continue };
@@ -168,6 +169,7 @@ impl Device {
             let mask = 1_u8.checked_shl(u32::from(*axis)).unwrap_or(0);
             match binding {
                 Binding::Controlword => commanded |= mask,
+                Binding::JvlCommand => module |= mask,
                 factor if factors::is_factor(*factor) => {
                     rescaled |= mask;
                     if let Some(unit) = self.units.get_mut(usize::from(*axis)) {
@@ -177,7 +179,7 @@ impl Device {
                 _ => changed |= mask,
             }
         }
-        if commanded | changed | rescaled == 0 {
+        if commanded | changed | rescaled | module == 0 {
             return;
         }
         for (number, unit) in (0_u32..).zip(&mut self.units) {
@@ -192,6 +194,9 @@ impl Device {
             if is_in(changed) {
                 drive.handle_parameters(&mut context);
                 touch_probe.update(context.parameters);
+            }
+            if is_in(module) && context.parameters.or(Binding::JvlCommand, 0) == jvl::RESET_LIMIT_ERROR {
+                drive.reset_limit_error(&mut context);
             }
             if is_in(commanded) {
                 drive.handle_controlword(&mut context);

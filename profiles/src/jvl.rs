@@ -23,6 +23,9 @@ bitflags! {
     }
 }
 
+/// Command of 0x2010 (module manual, section 4.3.4).
+pub(crate) const RESET_LIMIT_ERROR: i64 = 1;
+
 /// 0x2011:03 from the drive's state, fault and motion.
 pub(crate) fn motor_status(
     state: State,

@@ -264,6 +264,23 @@ fn a_limit_switch_is_an_error_of_jvls_module_where_it_is_enabled() {
 }
 
 #[test]
+fn the_reset_command_of_jvls_module_resets_a_limit_error_alone() {
+    let mut bench = running(JVL);
+    bench.batch(&[(0x2011, 7, 0x20)]).unwrap();
+    bench.plant().inject(PlantFault::StuckSwitch(Input::PositiveLimit, true));
+    assert_fault(&mut bench, 0x1002, 0);
+    bench.set(0x2010, 2);
+    assert_eq!(bench.state(), State::Fault);
+    bench.set(0x2010, 1);
+    assert_eq!(bench.state(), State::SwitchOnDisabled);
+    bench.plant().inject(PlantFault::DriveFault(DriveFault::Internal));
+    bench.run(5);
+    bench.set(0x2010, 1);
+    bench.run(5);
+    assert_eq!(bench.state(), State::Fault);
+}
+
+#[test]
 fn every_other_fault_is_a_motor_error_of_jvls_module() {
     let mut bench = running(JVL);
     bench.plant().inject(PlantFault::DriveFault(DriveFault::OverCurrent));

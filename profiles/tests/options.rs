@@ -198,7 +198,7 @@ fn a_following_error_ramps_down_as_0x605e_says() {
 
 #[test]
 fn a_lost_connection_acts_in_every_mode_as_0x6007_says() {
-    for mode in [1, 3] {
+    for mode in [0, 1, 2, 3, 4, 6, 7, 8, 9, 10] {
         for (option, end) in [
             (0, State::OperationEnabled),
             (1, State::Fault),
@@ -206,8 +206,10 @@ fn a_lost_connection_acts_in_every_mode_as_0x6007_says() {
             (3, State::SwitchOnDisabled),
         ] {
             let mut bench = running();
-            bench.set(0x6060, mode);
+            let here = bench.position();
+            bench.batch(&[(0x6065, 0, 0xFFFF_FFFF), (0x607A, 0, here), (0x6060, 0, mode)]).unwrap();
             bench.run(1_000);
+            assert_eq!((bench.state(), bench.get(0x6061)), (State::OperationEnabled, mode));
             bench.set(0x6007, option);
             let now = bench.now;
             bench.device.connection_lost(now);

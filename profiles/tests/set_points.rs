@@ -191,7 +191,8 @@ fn a_quick_stop_drops_the_set_and_a_bit_held_through_it_is_no_edge() {
         row(0, writes!(0x0F), (NO, NO), 0),
         row(0, writes!(0x1F to 8_000), (YES, NO), 0),
         row(100, writes!(0x02), (NO, NO), 500),
-        row(160, writes!(0x12 to 2_000), (NO, NO), 750),
+        // Bit 10 in QUICK STOP ACTIVE: it stands.
+        row(160, writes!(0x12 to 2_000), (NO, YES), 750),
         row(170, writes!(0x1F), (NO, NO), 750),
         row(400, &[], (NO, YES), 750),
         row(400, writes!(0x0F), (NO, YES), 750),

@@ -220,6 +220,13 @@ impl Drive402 {
         }
     }
 
+    /// Resets the error of a limit switch alone, as JVL's modules can.
+    pub(crate) fn reset_limit_error(&mut self, context: &mut Context<'_>) {
+        if self.state == State::Fault && self.fault == Some(Fault::limit_switch()) && !self.is_shutting_down {
+            self.reset_fault(context);
+        }
+    }
+
     /// 0x6041.
     pub(crate) fn statusword(&self, view: View<'_>) -> Statusword {
         let status = view.axis.status();

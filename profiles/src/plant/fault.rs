@@ -204,7 +204,7 @@ mod tests {
         assert_eq!(
             refused("stuck-switch:positve-limit=high"),
             "unknown input `positve-limit`; did you mean `positive-limit`? \
-             known: positive-limit, negative-limit, home, drive-fault, emergency-stop"
+             known: positive-limit, negative-limit, home, drive-fault, emergency-stop, probe-1, probe-2"
         );
         assert_eq!(refused("stuck-switch:home=up"), "unknown level `up`; known: high, low");
         let needs_more =

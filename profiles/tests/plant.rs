@@ -74,6 +74,8 @@ fn a_drive_that_breaks_while_it_runs_tells_so_coasts_and_works_again_once_repair
 
         repair(&mut bench, Repair::All);
         bench.control(0);
+        // The capacitors fill up again.
+        bench.run(200);
         bench.control(FAULT_RESET);
         bench.run(2);
         assert_eq!(bench.state(), State::SwitchOnDisabled, "{text}");

@@ -59,7 +59,7 @@ fn a_fault_while_the_axis_runs_is_told_by_emcy_the_axis_coasts_and_can_be_reset_
     let before = velocity(&bench);
     assert!((before - 4096.0).abs() < 50.0, "{before}");
 
-    assert_eq!(inject(&mut bench, "supply-dip:10"), told(&["supply-dip:10"]));
+    assert_eq!(inject(&mut bench, "drive-fault:under-voltage"), told(&["drive-fault:under-voltage"]));
 
     assert_eq!(bench.run(2 * MILLISECOND), [UNDER_VOLTAGE]);
     assert_eq!(state(&bench), "FAULT");
@@ -71,7 +71,7 @@ fn a_fault_while_the_axis_runs_is_told_by_emcy_the_axis_coasts_and_can_be_reset_
     bench.run(10 * MILLISECOND);
     assert_eq!(state(&bench), "FAULT");
 
-    assert_eq!(clear(&mut bench, "supply-dip"), told(&[]));
+    assert_eq!(clear(&mut bench, "drive-fault"), told(&[]));
     bench.write(1, 0x6040, 0, &0_u16.to_le_bytes());
     let mut sent = bench.send("601#2B40600080000000"); // fault reset
     sent.extend(bench.run(10 * MILLISECOND));
@@ -127,7 +127,7 @@ fn what_is_not_there_is_an_error_and_nothing_breaks() {
 
 #[test]
 fn faults_of_the_configuration_come_in_the_time_of_the_plant_and_are_told_like_others() {
-    let fault = "supply-dip:10".parse::<profiles::PlantFault>().unwrap().0;
+    let fault = "drive-fault:under-voltage".parse::<profiles::PlantFault>().unwrap().0;
     let faults = vec![ScheduledFault { fault, from_seconds: 5.0, until_seconds: Some(6.0) }];
     let plan = Plan {
         profile: profile("cia402-servo"),
@@ -143,7 +143,7 @@ fn faults_of_the_configuration_come_in_the_time_of_the_plant_and_are_told_like_o
     assert_eq!(bench.run(4990 * MILLISECOND), [""; 0]);
     assert_eq!(order(&mut bench, &list), told(&[]));
     assert_eq!(bench.run(20 * MILLISECOND), [UNDER_VOLTAGE]);
-    assert_eq!(order(&mut bench, &list), told(&["supply-dip:10"]));
+    assert_eq!(order(&mut bench, &list), told(&["drive-fault:under-voltage"]));
     bench.run(SECOND);
     assert_eq!(order(&mut bench, &list), told(&[]));
 }

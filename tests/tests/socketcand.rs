@@ -31,6 +31,16 @@ fn python_canopen_drives_a_drive_of_the_plain_standard() {
 }
 
 #[test]
+fn python_canopen_takes_a_drive_through_every_mode() {
+    let port = free_port();
+    let _daemon = Daemon::start(&config(Bus::Socketcand(port), &[("axis1", "cia402-servo", 1)]));
+
+    let log = Master::at(port, "cia402-servo").run("modes402", &[]);
+
+    insta::with_settings!({ prepend_module_to_snapshot => false }, { insta::assert_snapshot!("modes402", log) });
+}
+
+#[test]
 fn two_axes_move_at_once() {
     let (_daemon, master) = demo();
 

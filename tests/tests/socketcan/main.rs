@@ -40,6 +40,18 @@ fn python_canopen_drives_an_axis() {
 }
 
 #[test]
+fn python_canopen_takes_a_drive_through_every_mode() {
+    let interface = Vcan::new();
+    let _daemon = Daemon::start(&config(Bus::Interface(&interface), &[("axis1", "cia402-servo", 1)]));
+
+    let log = Master::on(&interface, "cia402-servo").run("modes402", &[]);
+
+    insta::with_settings!({ prepend_module_to_snapshot => false, snapshot_path => "../snapshots" }, {
+        insta::assert_snapshot!("modes402", log);
+    });
+}
+
+#[test]
 fn garbage_beside_a_run_does_not_disturb_it() {
     let interface = Vcan::new();
     let wire = Wire::on(&interface);

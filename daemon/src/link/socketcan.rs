@@ -11,7 +11,8 @@ use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
 use ::socketcan::{CanFilter, CanSocket, Socket, SocketOptions};
 use canopen::{BusState, Frame, Id};
 use nix::errno::Errno;
-use nix::sys::socket::{MsgFlags, MultiHeaders, send, sendmmsg};
+use nix::sys::socket::sockopt::RcvBufForce;
+use nix::sys::socket::{MsgFlags, MultiHeaders, send, sendmmsg, setsockopt};
 use od::Instant;
 
 use super::wire_format::{
@@ -30,8 +31,8 @@ const RETRY_SEND: Duration = Duration::from_millis(1);
 const RETRY_OPEN: Duration = Duration::from_millis(500);
 /// CAN_RAW_FILTER_MAX.
 const MAX_FILTERS: usize = 512;
-/// Room for a burst; the kernel gives what it may (`net.core.rmem_max`).
-const RECEIVE_BUFFER: usize = 1 << 20;
+/// Room for a burst, or for what comes while a busy machine lets nobody read: some seconds of a full bus.
+const RECEIVE_BUFFER: usize = 4 << 20;
 
 /// Whether to wait for a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,8 +124,7 @@ impl SocketCan {
         let socket = CanSocket::open(&self.interface)?;
         // An interface that is there but down is bound, and says so in this way.
         socket.as_raw_socket().take_error()?.map_or(Ok(()), Err)?;
-        // A kernel that grants less serves shorter bursts.
-        let _ = socket.as_raw_socket().set_recv_buffer_size(RECEIVE_BUFFER);
+        make_room(&socket);
         socket.set_read_timeout(LONGEST_BLOCK)?;
         socket.set_error_filter(STATE_CLASSES)?;
         self.socket = Some(socket);
@@ -247,6 +247,14 @@ impl SocketCan {
         let nowhere = [None; BATCH];
         sendmmsg(socket, &mut self.headers, slices.iter().take(count), nowhere, [], flags)
             .map(Iterator::count)
+    }
+}
+
+/// Asks for a large receive buffer: beyond `net.core.rmem_max` with CAP_NET_ADMIN, up to it without.
+fn make_room(socket: &CanSocket) {
+    if setsockopt(socket, RcvBufForce, &RECEIVE_BUFFER).is_err() {
+        // A kernel that grants less serves shorter bursts.
+        let _ = socket.as_raw_socket().set_recv_buffer_size(RECEIVE_BUFFER);
     }
 }
 

@@ -8,6 +8,7 @@ use profiles::{PlantSetup, Profile, Report, Span};
 
 use crate::bus::BusDraft;
 use crate::gateway::unique_name;
+use crate::identity;
 use crate::plant;
 use crate::resolve::Resolver;
 
@@ -16,7 +17,7 @@ use crate::resolve::Resolver;
 pub struct Device {
     /// Name, unique among the devices.
     pub name: String,
-    /// What it is; devices with the same profile and motor share one.
+    /// What it is; devices with the same profile and motor, and no identity of their own, share one.
     pub profile: Arc<Profile>,
     /// Where it stands; empty if only Modbus reaches it.
     pub on: Vec<Attachment>,
@@ -71,6 +72,7 @@ impl<'b, 'r> Devices<'b, 'r> {
         let on = self.attachments(&mut table, &label);
         let unit_id = self.unit_id(&mut table, on.as_deref(), &label);
         let sdo_timeout = sdo_timeout(&mut table);
+        let profile = identity::read(&mut table, profile);
         let plant = plant::read(&mut table);
         if table.has("plant") && profile.as_ref().is_some_and(|profile| profile.axes() == 0) {
             let help = "leave it out".to_owned();

@@ -10,6 +10,7 @@
 mod bus;
 mod device;
 mod gateway;
+mod identity;
 mod plant;
 mod resolve;
 

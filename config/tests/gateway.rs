@@ -210,6 +210,22 @@ fn devices_store_in_a_directory_if_there_is_one() {
     assert_eq!(wrong.0[0].message, "the storage needs a directory");
 }
 
+#[test]
+fn a_device_may_have_an_identity_of_its_own() {
+    let device = |more: &str| {
+        let head = "[[device]]\nname = \"x\"\nprofile = \"cia402-servo\"\nunit_id = 1\n";
+        format!("{head}{more}")
+    };
+    let own = load_plainly(&device("[device.identity]\nvendor_id = 0x1234\nserial = 77\n"));
+    let plain = load_plainly(&device(""));
+    let identity = |gateway: &Gateway| [1, 2, 3, 4].map(|sub| gateway.devices[0].profile.identity(sub));
+    let [_, product, revision, _] = identity(&plain);
+    assert_eq!(identity(&own), [0x1234, product, revision, 77]);
+    assert!(own.devices[0].profile.eds().contains("VendorNumber=0x00001234"), "{}", own.devices[0].profile.eds());
+    let wrong = load_text(&device("[device.identity]\nvendor_id = -1\n")).unwrap_err();
+    assert_eq!((wrong.0[0].line, wrong.0[0].column), (6, 13));
+}
+
 proptest! {
     #[test]
     fn any_text_is_read_or_refused(text in any::<String>()) {

@@ -30,4 +30,4 @@ pub use error_code::error_text;
 pub use file::reader;
 pub use motor::Motor;
 pub use plant::{INPUT_WORDS, NoiseSetup, PlantFault, PlantSetup, Repair, SupplySetup, UnknownFault};
-pub use profile::{Bound, Dialect, Later, Profile};
+pub use profile::{Bound, Dialect, Identity, Later, Profile};

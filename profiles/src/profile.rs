@@ -3,11 +3,24 @@
 use core::ops::RangeInclusive;
 use std::sync::Arc;
 
-use od::{AbortCode, Address, Initial, Schema, Value, Veto, eds};
+use od::{AbortCode, Address, DataType, Initial, Schema, Value, Veto, eds};
 
 use crate::cia402::units::factors;
 use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
 use crate::{Binding, Diagnostics, Mode, Motor, file};
+
+/// Who a device says it is (0x1018; CiA 301 v4.2, section 7.5.2.21); what is `None` stays as its profile has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Identity {
+    /// Sub-index 1: the vendor's number, given by CiA.
+    pub vendor_id: Option<u32>,
+    /// Sub-index 2.
+    pub product_code: Option<u32>,
+    /// Sub-index 3: major number in the upper, minor in the lower 16 bits.
+    pub revision: Option<u32>,
+    /// Sub-index 4.
+    pub serial: Option<u32>,
+}
 
 /// Everything the devices of one kind share.
 #[derive(Clone, Debug)]
@@ -126,6 +139,19 @@ impl Profile {
             Arc::make_mut(&mut self.communication).set_initial(sheet, Value::bytes(text));
         }
         self
+    }
+
+    /// The same profile as another product. Its data sheet says so, too.
+    #[must_use]
+    pub fn with_identity(mut self, identity: Identity) -> Self {
+        let Identity { vendor_id, product_code, revision, serial } = identity;
+        for (sub, number) in (1_u8..).zip([vendor_id, product_code, revision, serial]) {
+            let value = number.and_then(|number| Value::integer(DataType::Unsigned32, number.into()));
+            if let Some(value) = value {
+                Arc::make_mut(&mut self.communication).set_initial(Address::new(0x1018, sub), value);
+            }
+        }
+        self.with_sheet()
     }
 
     /// How many axes the device has, 0-8.

@@ -221,7 +221,11 @@ fn a_device_may_have_an_identity_of_its_own() {
     let identity = |gateway: &Gateway| [1, 2, 3, 4].map(|sub| gateway.devices[0].profile.identity(sub));
     let [_, product, revision, _] = identity(&plain);
     assert_eq!(identity(&own), [0x1234, product, revision, 77]);
-    assert!(own.devices[0].profile.eds().contains("VendorNumber=0x00001234"), "{}", own.devices[0].profile.eds());
+    assert!(
+        own.devices[0].profile.eds().contains("VendorNumber=0x00001234"),
+        "{}",
+        own.devices[0].profile.eds()
+    );
     let wrong = load_text(&device("[device.identity]\nvendor_id = -1\n")).unwrap_err();
     assert_eq!((wrong.0[0].line, wrong.0[0].column), (6, 13));
 }

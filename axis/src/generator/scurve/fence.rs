@@ -49,11 +49,16 @@ impl Fence {
     }
 
     /// The acceleration taken back, if that takes a higher jerk than the one of the profile to keep the
-    /// velocity below the maximum of the axis; else nothing.
+    /// velocity below the maximum of the axis, or to end a braking before it becomes an acceleration that is too
+    /// high; else nothing.
     fn ease(&self, from: &State) -> Curve {
         let State { velocity, acceleration, .. } = *from;
-        let room = self.fastest() - velocity * sign(acceleration);
-        let needed = if room > 0.0 { acceleration * acceleration / (2.0 * room) } else { f64::INFINITY };
+        let ahead = velocity * sign(acceleration);
+        let squared = acceleration * acceleration;
+        let to_stay_slow = per_room(squared, self.fastest() - ahead);
+        let excess = squared - self.axis.acceleration * self.axis.acceleration;
+        let to_turn = if ahead < 0.0 && excess > 0.0 { per_room(excess, -ahead) } else { 0.0 };
+        let needed = to_stay_slow.max(to_turn);
         let mut curve = Curve::new(from);
         if needed > self.profile.jerk {
             let jerk = needed.min(self.axis.jerk);
@@ -65,6 +70,19 @@ impl Fence {
 
     /// A stop: as the profile says or, when that goes beyond a limit, just as much harder as it takes.
     fn brake(&self, from: &State) -> Curve {
+        let eased = self.ease(from);
+        let stop = |from: &State| self.brake_at_once(from);
+        if eased.duration() > 0.0 {
+            let curve = eased.at(eased.duration());
+            let curve = eased.then(&stop(&curve));
+            if self.room(&curve) >= 0.0 {
+                return self.cut(curve);
+            }
+        }
+        stop(from)
+    }
+
+    fn brake_at_once(&self, from: &State) -> Curve {
         let braking = |share| Curve::to_velocity(from, 0.0, &self.hardened(share));
         let spare = |curve: &Curve| self.room(curve).min(self.fastest() - curve.fastest());
         let (softest, hardest) = (braking(0.0), braking(1.0));
@@ -143,4 +161,9 @@ impl Fence {
     fn range(&self, origin: f64) -> (f64, f64) {
         (self.min.min(origin), self.max.max(origin))
     }
+}
+
+/// The jerk that takes so much off a squared acceleration while the velocity changes by `room`.
+fn per_room(squared: f64, room: f64) -> f64 {
+    if room > 0.0 { squared / (2.0 * room) } else { f64::INFINITY }
 }

@@ -47,7 +47,7 @@ pub struct PlantSetup {
     pub faults: Vec<ScheduledFault>,
 }
 
-/// Differences from a supply of 48 V, good from 20 V to 75 V, that nothing moves.
+/// Differences from the supply that belongs to the motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SupplySetup {
     /// Voltage of the source. The thresholds that are not given scale with it.
@@ -56,9 +56,9 @@ pub struct SupplySetup {
     pub under_voltage: Option<Voltage>,
     /// The power stage trips above this.
     pub over_voltage: Option<Voltage>,
-    /// Capacitance between source and motor, in farads: the motor moves the voltage.
+    /// Capacitance between source and motor, in farads.
     pub capacitance_f: Option<f64>,
-    /// Voltage above which a brake chopper burns the energy: the motor moves the voltage.
+    /// Voltage above which a brake chopper burns the energy; there is none otherwise.
     pub chopper: Option<Voltage>,
 }
 

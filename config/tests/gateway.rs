@@ -180,7 +180,7 @@ fn a_machine_may_have_a_plant_of_its_own_and_faults_in_it() {
         },
         noise: NoiseSetup { encoder: Some(1.0), velocity: Some(50.0), seed: Some(1) },
         faults: vec![
-            fault("supply-dip:10", 60.0, 62.0),
+            fault("supply-dip:10", 60.0, 70.0),
             fault("stuck-switch:positive-limit=high", 120.0, 130.0),
         ],
     };

@@ -187,16 +187,12 @@ impl Drive for AnalogDrive {
         let latches = self.measure();
         Feedback {
             step: self.steps,
-            valid: true,
             state: self.stage.state(),
             position: self.position,
             velocity: self.velocity,
             torque: self.torque,
-            voltage: self.plant.supply(),
-            temperature: self.plant.temperature(),
-            overload: self.plant.overload(),
-            inputs: self.plant.inputs(),
             latches,
+            ..self.plant.feedback()
         }
     }
 

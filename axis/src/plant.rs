@@ -31,7 +31,7 @@ use mechanics::Mechanics;
 use supply::Feed;
 use switches::Switches;
 
-use crate::drive::DriveFault;
+use crate::drive::{DriveFault, Feedback};
 use crate::inputs::{Input, Inputs, Latches};
 use crate::limits::PositionRange;
 use crate::units::{Position, Temperature, Torque, Velocity, Voltage, rounded};
@@ -164,6 +164,19 @@ impl Plant {
     #[must_use]
     pub fn temperature(&self) -> Temperature {
         self.heat.temperature()
+    }
+
+    /// What a drive on this plant reports, but for its own part.
+    #[must_use]
+    pub(crate) fn feedback(&self) -> Feedback {
+        Feedback {
+            valid: true,
+            voltage: self.supply(),
+            temperature: self.temperature(),
+            overload: self.overload(),
+            inputs: self.inputs(),
+            ..Feedback::default()
+        }
     }
 
     /// The part of the overload capacity (I²t) that is used up; 1 is the limit.

@@ -115,16 +115,12 @@ impl SimulatedServo {
     fn feedback(&mut self) -> Feedback {
         Feedback {
             step: self.steps,
-            valid: true,
             state: self.stage.state(),
             position: self.plant.encoder(),
             velocity: self.plant.velocity(),
             torque: self.torque,
-            voltage: self.plant.supply(),
-            temperature: self.plant.temperature(),
-            overload: self.plant.overload(),
-            inputs: self.plant.inputs(),
             latches: self.plant.take_latches(),
+            ..self.plant.feedback()
         }
     }
 }

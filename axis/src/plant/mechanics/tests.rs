@@ -214,7 +214,23 @@ proptest! {
         config in masses(),
         acceleration in 1e5..1e6_f64,
     ) {
-        let config = PlantConfig { load: Load { gravity_nm: 0.0, ..config.load }, backlash: Position(0.0), peak_torque: Torque(1e6), ..config };
+        // A step must be short beside the viscous friction, and the acceleration more than what it misjudges then.
+        let inertia = config.motor_inertia_kgm2 + config.load.inertia_kgm2;
+        let most = 0.01 * inertia / STEP;
+        let coulomb_nm = config.coulomb_friction_nm + config.load.coulomb_friction_nm;
+        let coulomb = coulomb_nm / inertia * f64::from(config.counts_per_revolution) / TAU;
+        let acceleration = acceleration.max(0.4 * coulomb);
+        let config = PlantConfig {
+            load: Load {
+                gravity_nm: 0.0,
+                viscous_friction_nms: config.load.viscous_friction_nms.min(most),
+                ..config.load
+            },
+            viscous_friction_nms: config.viscous_friction_nms.min(most),
+            backlash: Position(0.0),
+            peak_torque: Torque(1e6),
+            ..config
+        };
         let mut mechanics = Mechanics::new(&config);
         for _ in 0..40 {
             let torque = mechanics.torque_for(acceleration, mechanics.velocity().max(1e-9));

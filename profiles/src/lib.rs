@@ -20,6 +20,7 @@ mod profile;
 mod raster;
 mod simulated;
 mod slots;
+mod vendor;
 
 pub use axis::{Input, Position, PositionRange, ScheduledFault, Supply, Voltage};
 pub use binding::{Binding, UnknownBinding};

@@ -1,0 +1,292 @@
+//! One axis of a device with its drive and its place in the dictionary.
+
+mod show;
+
+use core::time::Duration;
+
+use axis::{Axis, Period, ServoConfig, SimulatedServo, Voltage};
+use od::{Dictionary, Instant, Schema, Slot};
+
+use crate::cia402::touch_probe::TouchProbe;
+use crate::cia402::units::{Units, factors};
+use crate::cia402::{Context, Drive402, Fault, SetPoints};
+use crate::raster::Alignment;
+use crate::slots::{Parameters, Slots};
+use crate::vendor::{Scope, Vendor};
+use crate::{Binding, Dialect, Motor, Profile};
+
+/// Simulated time that one call of [`Unit::advance`] catches up at most.
+const MAX_CATCH_UP: Duration = Duration::from_millis(20);
+
+/// What becomes of 0x6093 when factors were written.
+#[derive(Clone, Copy, Debug, Default)]
+struct PositionFactor {
+    /// What it is calculated from was written.
+    is_due: bool,
+    /// It was written itself.
+    is_given: bool,
+}
+
+/// What buses have written since the unit last acted.
+#[derive(Clone, Copy, Debug, Default)]
+struct Written {
+    factors: bool,
+    parameters: bool,
+    vendor: bool,
+    controlword: bool,
+}
+
+impl Written {
+    fn any(self) -> bool {
+        self.factors || self.parameters || self.vendor || self.controlword
+    }
+}
+
+/// One axis with its drive and its place in the dictionary.
+pub(super) struct Unit {
+    pub(super) slots: Slots,
+    pub(super) units: Units,
+    position_factor: PositionFactor,
+    dialect: Dialect,
+    motor: Motor,
+    pub(super) axis: Axis,
+    pub(super) drive: Drive402,
+    vendor: Vendor,
+    /// The axis knows its home position.
+    is_referenced: bool,
+    touch_probe: TouchProbe,
+    pub(super) analog_input: Voltage,
+    /// When it was stepped last, or made.
+    stepped: Instant,
+    /// When the next raster step is due; none while the axis is off and at rest.
+    pub(super) next: Option<Instant>,
+    alignment: Alignment,
+    written: Written,
+    /// Set-points that were written since the drive last acted.
+    set_points: SetPoints,
+    pub(super) shown_fault: Option<Fault>,
+}
+
+/// How far [`Unit::advance`] has come.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Advanced {
+    /// It has made at least one raster step.
+    pub(super) has_stepped: bool,
+    /// Raster steps that were lost because they were too many.
+    pub(super) dropped: u64,
+}
+
+impl Unit {
+    pub(super) fn new(
+        profile: &Profile,
+        motor: &Motor,
+        servo: ServoConfig,
+        schema: &Schema,
+        axis: u8,
+        now: Instant,
+    ) -> Self {
+        let period = Period::from_nanos(motor.raster_ns).unwrap_or(Period::MILLISECOND);
+        let drive = SimulatedServo::new(period, servo);
+        Self {
+            slots: Slots::new(schema, &profile.bindings, axis),
+            units: Units::default(),
+            position_factor: PositionFactor::default(),
+            dialect: profile.dialect,
+            motor: motor.clone(),
+            axis: Axis::new(period, crate::cia402::limits_of(motor), Box::new(drive)),
+            drive: Drive402::new(profile.dialect),
+            vendor: Vendor::new(profile.dialect),
+            is_referenced: false,
+            touch_probe: TouchProbe::default(),
+            analog_input: Voltage(0.0),
+            stepped: now,
+            next: Some(now + Duration::from_nanos(period.nanos())),
+            alignment: Alignment::default(),
+            written: Written::default(),
+            set_points: SetPoints::empty(),
+            shown_fault: None,
+        }
+    }
+
+    /// Notes that a bus has written the entry at `slot`, which is bound to `binding`.
+    pub(super) fn note(&mut self, slot: Slot, binding: Binding) {
+        self.set_points |= SetPoints::of(binding);
+        if binding == Binding::Controlword {
+            self.written.controlword = true;
+        } else if self.vendor.note(slot, binding) {
+            self.written.vendor = true;
+        } else if factors::is_factor(binding) {
+            self.written.factors = true;
+            self.position_factor.is_due |= factors::makes_position_factor(binding);
+            self.position_factor.is_given |= factors::is_position_factor(binding);
+        } else {
+            self.written.parameters = true;
+        }
+    }
+
+    /// Acts on what was written, if anything was: parameters before the controlword.
+    pub(super) fn act(&mut self, dictionary: &mut Dictionary, now: Instant) -> bool {
+        let written = core::mem::take(&mut self.written);
+        if !written.any() {
+            return false;
+        }
+        if written.factors {
+            self.rescale(dictionary);
+        }
+        let (drive, touch_probe, mut context) = self.split(dictionary);
+        if written.factors {
+            drive.handle_units(&mut context);
+        }
+        if written.parameters {
+            drive.handle_parameters(&mut context);
+            touch_probe.update(context.parameters);
+        }
+        if written.vendor {
+            let (vendor, mut scope) = self.scope(dictionary);
+            vendor.act(&mut scope);
+        }
+        if written.controlword {
+            let (drive, _, mut context) = self.split(dictionary);
+            drive.handle_controlword(&mut context);
+        }
+        self.align(now);
+        self.wake(now);
+        true
+    }
+
+    /// Runs the raster steps that are due at `now`; those that are further behind than 20 ms are lost.
+    pub(super) fn advance(&mut self, dictionary: &mut Dictionary, now: Instant) -> Advanced {
+        let period = Duration::from_nanos(self.axis.period().nanos());
+        let mut advanced = Advanced::default();
+        let mut simulated = Duration::ZERO;
+        while let Some(due) = self.next.filter(|due| *due <= now) {
+            if simulated > MAX_CATCH_UP {
+                let late = now.saturating_since(due).as_nanos() as u64;
+                advanced.dropped = late / self.axis.period().nanos() + 1;
+                self.next = Some(now + period);
+                break;
+            }
+            simulated += period;
+            self.step(dictionary, due);
+            self.next = (!self.axis.is_quiet()).then(|| due + period);
+            advanced.has_stepped = true;
+        }
+        advanced
+    }
+
+    fn step(&mut self, dictionary: &mut Dictionary, due: Instant) {
+        self.axis.step();
+        self.stepped = due;
+        let (drive, touch_probe, mut context) = self.split(dictionary);
+        touch_probe.step(context.parameters, context.axis.status());
+        drive.step(&mut context);
+        let (vendor, mut scope) = self.scope(dictionary);
+        vendor.step(&mut scope);
+    }
+
+    /// Back to power-on; the axis keeps its place and coasts.
+    pub(super) fn reset(&mut self, dictionary: &mut Dictionary, now: Instant) {
+        self.axis.power_off();
+        self.axis.reset_fault();
+        self.drive = Drive402::new(self.dialect);
+        self.vendor = Vendor::new(self.dialect);
+        self.is_referenced = false;
+        self.touch_probe = TouchProbe::default();
+        self.shown_fault = None;
+        self.written = Written::default();
+        self.set_points = SetPoints::empty();
+        self.read_units(dictionary);
+        let (drive, _, mut context) = self.split(dictionary);
+        drive.handle_parameters(&mut context);
+        self.wake(now);
+    }
+
+    /// Ramps down, switches off and obeys no more commands.
+    pub(super) fn shut_down(&mut self, dictionary: &mut Dictionary, now: Instant) {
+        let (drive, _, mut context) = self.split(dictionary);
+        drive.shut_down(&mut context);
+        self.wake(now);
+    }
+
+    /// Reacts to the loss of the master.
+    pub(super) fn connection_lost(&mut self, dictionary: &mut Dictionary, now: Instant) {
+        let (drive, _, mut context) = self.split(dictionary);
+        drive.connection_lost(&mut context);
+        self.wake(now);
+    }
+
+    /// The vocabulary of the vendor, and what it works with.
+    fn scope<'a>(&'a mut self, dictionary: &'a mut Dictionary) -> (&'a mut Vendor, Scope<'a>) {
+        let scope = Scope {
+            dictionary,
+            slots: &self.slots,
+            units: &self.units,
+            axis: &mut self.axis,
+            drive: &mut self.drive,
+            motor: &self.motor,
+            dialect: self.dialect,
+            is_referenced: &mut self.is_referenced,
+            analog_input: self.analog_input,
+        };
+        (&mut self.vendor, scope)
+    }
+
+    /// The drive, its touch probes, and what they work with.
+    fn split<'a>(
+        &'a mut self,
+        dictionary: &'a Dictionary,
+    ) -> (&'a mut Drive402, &'a mut TouchProbe, Context<'a>) {
+        let parameters = Parameters { dictionary, slots: &self.slots, units: &self.units };
+        let mode = self.drive.mode();
+        let context = Context {
+            parameters,
+            axis: &mut self.axis,
+            motor: &self.motor,
+            written: self.set_points,
+            dialect: self.dialect,
+            mode,
+            is_referenced: &mut self.is_referenced,
+        };
+        (&mut self.drive, &mut self.touch_probe, context)
+    }
+
+    /// Takes the set-points for acted on, and moves the raster if the mode takes them cycle by cycle.
+    fn align(&mut self, now: Instant) {
+        let written = core::mem::take(&mut self.set_points);
+        if written.intersects(self.drive.cyclic()) {
+            let period = Duration::from_nanos(self.axis.period().nanos());
+            self.next = self.next.map(|next| self.alignment.align(next, now, period));
+        }
+    }
+
+    /// Follows factors that were written. 0x6093 is calculated from the others unless it was written with them.
+    fn rescale(&mut self, dictionary: &mut Dictionary) {
+        let PositionFactor { is_due, is_given } = core::mem::take(&mut self.position_factor);
+        if is_due && !is_given {
+            let get = |binding| self.slots.integer(dictionary, binding);
+            for (binding, value) in factors::position_factor(get) {
+                self.slots.show(dictionary, binding, value.into());
+            }
+        }
+        self.read_units(dictionary);
+    }
+
+    fn read_units(&mut self, dictionary: &Dictionary) {
+        self.units = Units::read(self.dialect, |binding| self.slots.integer(dictionary, binding));
+    }
+
+    /// Schedules the next step if the axis may do anything.
+    pub(super) fn wake(&mut self, now: Instant) {
+        if !self.axis.is_quiet() {
+            self.schedule(now);
+        }
+    }
+
+    /// Schedules the next step. An axis that has slept meanwhile has cooled down.
+    pub(super) fn schedule(&mut self, now: Instant) {
+        if self.next.is_none() {
+            self.axis.rest(now.saturating_since(self.stepped).as_secs_f64());
+            self.next = Some(now + Duration::from_nanos(self.axis.period().nanos()));
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! What JVL's modules show beside the CiA 402 objects (module manual, sections 4.3.5 and 4.3.7).
+
+use axis::{Level, Levels, Motion, Status, Voltage};
+use bitflags::bitflags;
+
+use crate::cia402::units;
+use crate::cia402::{Drive402, View};
+use crate::slots::Parameters;
+use crate::vendor::Scope;
+use crate::{Binding, Fault, State, Statusword};
+
+/// The module of one axis.
+#[derive(Debug, Default)]
+pub(crate) struct Module {
+    is_commanded: bool,
+}
+
+impl Module {
+    /// Notes that `binding` was written; whether that is for the module alone.
+    pub(crate) fn note(&mut self, binding: Binding) -> bool {
+        let is_command = binding == Binding::JvlCommand;
+        self.is_commanded |= is_command;
+        is_command
+    }
+
+    /// Carries out the command that was written.
+    pub(crate) fn act(&mut self, scope: &mut Scope<'_>) {
+        let is_commanded = core::mem::take(&mut self.is_commanded);
+        if is_commanded && scope.parameters().or(Binding::JvlCommand, 0) == RESET_LIMIT_ERROR {
+            let (drive, mut context) = scope.drive();
+            drive.reset_limit_error(&mut context);
+        }
+    }
+
+    /// Shows the module's objects and the motor's live registers.
+    #[expect(clippy::unused_self, reason = "one of the verbs of a vocabulary")]
+    pub(crate) fn show(&self, scope: &mut Scope<'_>) {
+        let motor_status = status(scope.drive, scope.view());
+        let inputs = inputs(scope.parameters(), &scope.axis.status().inputs);
+        let actual = scope.axis.status().actual;
+        let per_sample = actual.velocity.0 * scope.axis.period().seconds();
+        scope.show(Binding::JvlMotorStatus, i64::from(motor_status.bits()));
+        scope.show(Binding::JvlInputs, i64::from(inputs));
+        scope.show(Binding::JvlAnalogInput, i64::from(analog_input(scope.analog_input)));
+        scope.show(Binding::JvlPIst, units::counter(actual.position));
+        scope.show(Binding::JvlVIst, units::whole(per_sample));
+    }
+}
+
+bitflags! {
+    /// 0x2011:03.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    struct MotorStatus: u8 {
+        /// A fatal motor error.
+        const MOTOR_ERROR = 1 << 0;
+        /// A limit switch has been activated.
+        const LIMIT_SWITCH_ERROR = 1 << 2;
+        /// The motor is in the commanded position.
+        const IN_POSITION = 1 << 4;
+        /// The velocity is increasing.
+        const ACCELERATION = 1 << 5;
+        /// The velocity is decreasing.
+        const DECELERATION = 1 << 6;
+    }
+}
+
+/// Command of 0x2010 (module manual, section 4.3.4).
+const RESET_LIMIT_ERROR: i64 = 1;
+
+/// 0x2011:03.
+fn status(drive: &Drive402, view: View<'_>) -> MotorStatus {
+    motor_status(drive.state(), drive.fault(), drive.statusword(view), view.axis.status())
+}
+
+/// 0x2011:03 from the drive's state, fault and motion.
+fn motor_status(state: State, fault: Option<Fault>, statusword: Statusword, axis: &Status) -> MotorStatus {
+    let is_limit = fault == Some(Fault::limit_switch());
+    let mut bits = MotorStatus::empty();
+    bits.set(MotorStatus::MOTOR_ERROR, state == State::Fault && !is_limit);
+    bits.set(MotorStatus::LIMIT_SWITCH_ERROR, is_limit);
+    bits.set(MotorStatus::IN_POSITION, statusword.contains(Statusword::TARGET_REACHED));
+    bits.set(MotorStatus::ACCELERATION, axis.motion == Motion::Accelerating);
+    bits.set(MotorStatus::DECELERATION, axis.motion == Motion::Decelerating);
+    bits
+}
+
+bitflags! {
+    /// The inputs as 0x2011:01, :06 and :07 number them.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    struct Inputs: u8 {
+        const IN1 = 1 << 0;
+        const IN2 = 1 << 1;
+        const NL = 1 << 4;
+        const PL = 1 << 5;
+    }
+}
+
+/// 0x2011:01: which inputs are active, by 0x2011:06; IN1 and IN2 are the general inputs of the axis.
+fn inputs(parameters: Parameters<'_>, levels: &axis::Inputs) -> u8 {
+    let mut bits = Inputs::empty();
+    let pins = [
+        (Inputs::IN1, levels.probe_1),
+        (Inputs::IN2, levels.probe_2),
+        (Inputs::NL, levels.negative_limit),
+        (Inputs::PL, levels.positive_limit),
+    ];
+    for (input, is_high) in pins {
+        bits.set(input, level(parameters, input).reads(is_high));
+    }
+    bits.bits()
+}
+
+/// What the axis makes of its inputs: the limit switches act only where 0x2011:07 says so (module manual, section
+/// 4.3.11).
+pub(crate) fn levels(parameters: Parameters<'_>) -> Levels {
+    let setup = Inputs::from_bits_truncate(parameters.or(Binding::JvlInputSetup, 0) as u8);
+    let limit = |input| if setup.contains(input) { level(parameters, input) } else { Level::Unused };
+    Levels {
+        negative_limit: limit(Inputs::NL),
+        positive_limit: limit(Inputs::PL),
+        probe_1: level(parameters, Inputs::IN1),
+        probe_2: level(parameters, Inputs::IN2),
+        ..Levels::default()
+    }
+}
+
+/// 0x2101: 1023 at 10 V (JVL Ethernet module manual, object 0x2101).
+fn analog_input(voltage: Voltage) -> i16 {
+    (voltage.0 / 10.0 * 1023.0).round().clamp(-1023.0, 1023.0) as i16
+}
+
+/// Whether the error action is a stop: 0x2011:08, bit 6; otherwise the motor becomes passive.
+pub(crate) fn stops_on_error(parameters: Parameters<'_>) -> bool {
+    parameters.or(Binding::JvlSetup, 0) >> 6 & 1 == 1
+}
+
+/// O1 and O2: 0x2011:02, or "in position" and "error" where 0x2011:05 says so (module manual, sections 4.3.6 and
+/// 4.3.9). The standard's outputs 0x60FE are the same two.
+pub(crate) fn outputs(drive: &Drive402, view: View<'_>, standard: u32) -> u32 {
+    let (parameters, status) = (view.parameters, status(drive, view));
+    let own = parameters.or(Binding::JvlOutputs, 0) as u32 | standard;
+    let setup = parameters.or(Binding::JvlOutputSetup, 0) as u32;
+    let in_position = u32::from(status.contains(MotorStatus::IN_POSITION));
+    let error = u32::from(status.intersects(MotorStatus::MOTOR_ERROR | MotorStatus::LIMIT_SWITCH_ERROR));
+    ((own & !setup) | ((in_position | error << 1) & setup)) & 0b11
+}
+
+/// The active level of an input, 0x2011:06.
+fn level(parameters: Parameters<'_>, input: Inputs) -> Level {
+    let highs = Inputs::from_bits_truncate(parameters.or(Binding::JvlInputLevel, 0x3F) as u8);
+    if highs.contains(input) { Level::High } else { Level::Low }
+}

@@ -34,6 +34,8 @@ pub(crate) const INHIBIT_TIME_EMCY: u16 = 0x1015;
 pub(crate) const STORE_PARAMETERS: u16 = 0x1010;
 /// Restore default parameters.
 pub(crate) const RESTORE_PARAMETERS: u16 = 0x1011;
+/// Identity object.
+pub(crate) const IDENTITY: u16 = 0x1018;
 /// Verify configuration.
 pub(crate) const VERIFY_CONFIGURATION: u16 = 0x1020;
 /// Heartbeat consumer times, by producer.

@@ -1,6 +1,7 @@
 //! One CANopen device on one network.
 
 mod diagnostics;
+mod lss;
 mod services;
 mod storage;
 mod supervision;
@@ -20,6 +21,7 @@ use crate::deadline;
 use crate::emcy::Producer;
 use crate::guarding::Guard;
 use crate::heartbeat::Consumer;
+use crate::lss::{LssSetting, Slave, UNCONFIGURED};
 use crate::pdo::{Occasion, Pdos, Tpdo};
 use crate::sdo::Connections;
 use crate::sync::Sync;
@@ -42,6 +44,8 @@ pub enum Event {
     Subscriptions,
     /// [`Node::network_time`] gives another time now.
     Time,
+    /// An LSS master has given the node this Node-ID, or taken it away ([`UNCONFIGURED`]).
+    NodeId(u8),
     /// Parameters are to be stored or no longer stored; [`Node::stored`] tells how that went.
     Storage(Order),
     /// Somebody whom this node supervises is not there any more.
@@ -58,8 +62,8 @@ pub enum Event {
 /// Why a profile cannot become a node.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NodeError {
-    /// The Node-ID is not in 1-127.
-    #[error("Node-ID {0} is not in 1..127")]
+    /// The Node-ID is neither in 1-127 nor [`UNCONFIGURED`].
+    #[error("Node-ID {0} is neither in 1..127 nor 255")]
     NodeId(u8),
     /// The default mapping of a PDO is refused.
     #[error("the default mapping of {direction} {number} is refused: {code}")]
@@ -100,6 +104,13 @@ const MAX_WAITING: usize = 1024;
 pub struct Node {
     node_id: u8,
     origin: Origin,
+    lss: Slave,
+    /// The owner has given it its Node-ID.
+    is_fixed: bool,
+    /// What an LSS master has stored.
+    lss_stored: LssSetting,
+    /// 0x1018:04 of this very device, if it is not that of its profile.
+    serial: Option<u32>,
     state: NmtState,
     communication: Dictionary,
     services: Vec<(Id, Service)>,
@@ -125,7 +136,8 @@ pub struct Node {
 
 impl Node {
     /// A node with the communication objects of `communication` for the device that shows `application`, on the
-    /// link with number `link`. It is silent until [`Node::start`].
+    /// link with number `link`. It is silent until [`Node::start`], with the Node-ID [`UNCONFIGURED`] until an LSS
+    /// master gives it one.
     ///
     /// # Errors
     /// See [`NodeError`].
@@ -135,7 +147,8 @@ impl Node {
         communication: Arc<Schema>,
         application: &Schema,
     ) -> Result<Self, NodeError> {
-        if !(1..=127).contains(&node_id) {
+        let setting = LssSetting { node_id, bit_timing: None };
+        if !setting.is_valid() {
             return Err(NodeError::NodeId(node_id));
         }
         let communication = Dictionary::new(communication, node_id);
@@ -143,6 +156,10 @@ impl Node {
         Ok(Self {
             node_id,
             origin: Origin { bus: Bus::CanOpen, link, client: u16::from(node_id) },
+            lss: Slave::new(setting),
+            is_fixed: node_id != UNCONFIGURED,
+            lss_stored: LssSetting::default(),
+            serial: None,
             state: NmtState::Initialising,
             pdos,
             services: Vec::new(),
@@ -166,7 +183,7 @@ impl Node {
         })
     }
 
-    /// The Node-ID.
+    /// The Node-ID in effect, [`UNCONFIGURED`] for none.
     #[must_use]
     pub fn node_id(&self) -> u8 {
         self.node_id
@@ -195,7 +212,7 @@ impl Node {
         self.services.iter().map(|(id, _)| *id)
     }
 
-    /// Powers on: sends the boot-up message and enters PRE-OPERATIONAL.
+    /// Powers on: sends the boot-up message and enters PRE-OPERATIONAL, if it has a Node-ID.
     pub fn start(&mut self, now: Instant, application: &Dictionary) {
         self.boot(now, application.schema());
     }
@@ -284,7 +301,9 @@ impl Node {
     /// Initialisation (CiA 301 v4.2, section 7.3.2.2.1): power-on values, boot-up, PRE-OPERATIONAL, and OPERATIONAL if
     /// the node starts itself.
     fn boot(&mut self, now: Instant, application: &Schema) {
+        self.adopt_node_id();
         self.communication.reset();
+        self.show_serial();
         self.sdo.reset();
         self.storage.restart();
         self.emcy.restart(&mut self.communication);
@@ -296,9 +315,13 @@ impl Node {
         self.network_time = None;
         self.sdo.reload(&self.communication);
         self.pdos.reload_all(now, &self.communication, application);
-        self.resubscribe();
-        self.send(Frame::new(self.error_control(), &[NmtState::Initialising as u8]));
         self.state = NmtState::Initialising;
+        self.heartbeat = None;
+        self.resubscribe();
+        if self.node_id == UNCONFIGURED {
+            return self.notify(Event::Nmt(NmtState::Initialising));
+        }
+        self.send(Frame::new(self.error_control(), &[NmtState::Initialising as u8]));
         self.enter(now, NmtState::PreOperational);
         self.start_heartbeat(now);
         if is_self_starting(&self.communication) {

@@ -216,11 +216,11 @@ fn a_profile_with_a_wrong_default_mapping_becomes_no_node() {
 }
 
 #[test]
-fn node_ids_are_1_to_127() {
+fn node_ids_are_1_to_127_or_none() {
     let application = device::application();
     let communication = Arc::new(device::communication());
     for node_id in 0..=255 {
         let node = Node::new(node_id, 0, Arc::clone(&communication), &application);
-        assert_eq!(node.is_ok(), (1..=127).contains(&node_id), "{node_id}");
+        assert_eq!(node.is_ok(), matches!(node_id, 1..=127 | canopen::UNCONFIGURED), "{node_id}");
     }
 }

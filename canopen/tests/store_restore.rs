@@ -52,6 +52,7 @@ impl Owner {
                 Event::Storage(wanted) => order = Some(wanted),
                 Event::Reset => self.bench.device.reset(),
                 Event::Nmt(_)
+                | Event::NodeId(_)
                 | Event::Subscriptions
                 | Event::Time
                 | Event::ConnectionLost(_)

@@ -15,16 +15,16 @@ fn ids(bench: &Bench) -> Vec<String> {
 #[test]
 fn a_node_subscribes_to_what_its_parameters_say() {
     let mut bench = Bench::new();
-    assert_eq!(ids(&bench), ["000", "080", "181", "201", "281", "301", "601", "701"]);
+    assert_eq!(ids(&bench), ["000", "080", "181", "201", "281", "301", "601", "701", "7E5"]);
     bench.events();
     bench.configure("1400:01", 0x8000_0201);
     bench.configure("1800:01", 0xC000_0181);
     bench.configure("1800:01", 0x4000_0181);
     bench.configure("1005:00", 0x2000_0123);
     assert_eq!(bench.events(), [Event::Subscriptions]);
-    assert_eq!(ids(&bench), ["000", "281", "301", "601", "701", "00000123"]);
+    assert_eq!(ids(&bench), ["000", "281", "301", "601", "701", "7E5", "00000123"]);
     bench.send("000#8201");
-    assert_eq!(ids(&bench), ["000", "080", "181", "201", "281", "301", "601", "701"]);
+    assert_eq!(ids(&bench), ["000", "080", "181", "201", "281", "301", "601", "701", "7E5"]);
 }
 
 #[test]

@@ -119,7 +119,7 @@ fn a_profile_without_sync_and_emcy_hears_nmt_only_and_never_sends_with_identifie
         now: Instant::ZERO,
     };
     bench.node.start(bench.now, &bench.device);
-    assert_eq!(bench.node.subscriptions().collect::<Vec<_>>(), [0x000, 0x601].map(Id::Standard));
+    assert_eq!(bench.node.subscriptions().collect::<Vec<_>>(), [0x000, 0x601, 0x7E5].map(Id::Standard));
     bench.talk(
         "
         < 701#00

@@ -25,16 +25,22 @@ pub struct Device {
     pub unit_id: Option<u8>,
     /// Silence of an SDO client after which its transfer is aborted, if not the usual second.
     pub sdo_timeout: Option<Duration>,
+    /// 0x1018:04, unless `[device.identity]` gives it: a number that follows from the name, so that LSS tells equal
+    /// devices apart and finds the same ones again.
+    pub serial: Option<u32>,
     /// What the simulated plant of each of its axes has otherwise than its motor says.
     pub plant: PlantSetup,
 }
+
+/// The Node-ID of a node that waits for an LSS master to give it one (CiA 305 v3.0).
+pub const UNCONFIGURED: u8 = 255;
 
 /// A place on a bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Attachment {
     /// Position of the bus in [`crate::Gateway::buses`].
     pub bus: usize,
-    /// Node-ID, 1-127, unique on that bus.
+    /// Node-ID, 1-127, unique on that bus; [`UNCONFIGURED`] for one that an LSS master gives.
     pub node_id: u8,
 }
 
@@ -72,7 +78,8 @@ impl<'b, 'r> Devices<'b, 'r> {
         let on = self.attachments(&mut table, &label);
         let unit_id = self.unit_id(&mut table, on.as_deref(), &label);
         let sdo_timeout = sdo_timeout(&mut table);
-        let profile = identity::read(&mut table, profile);
+        let (profile, has_serial) = identity::read(&mut table, profile);
+        let serial = (!has_serial).then(|| identity::serial_of(&label));
         let plant = plant::read(&mut table);
         if table.has("plant") && profile.as_ref().is_some_and(|profile| profile.axes() == 0) {
             let help = "leave it out".to_owned();
@@ -86,6 +93,7 @@ impl<'b, 'r> Devices<'b, 'r> {
             on,
             unit_id,
             sdo_timeout,
+            serial,
             plant,
         }));
     }
@@ -115,9 +123,8 @@ impl<'b, 'r> Devices<'b, 'r> {
     }
 
     fn attachment(&mut self, table: &mut Table<'_, '_>, device: &str) -> Option<Attachment> {
-        const HIGHEST_NODE_ID: u8 = 127;
         let name = table.require::<Spanned<&str>>("bus");
-        let node_id = table.require_in("node_id", 1..=HIGHEST_NODE_ID);
+        let node_id = node_id(table);
         let name = name?;
         let Some(bus) = self.buses.iter().position(|b| b.name.as_deref() == Some(*name.get_ref())) else {
             let known = self.buses.iter().filter_map(|b| b.name.as_deref());
@@ -125,6 +132,9 @@ impl<'b, 'r> Devices<'b, 'r> {
             return None;
         };
         let place = Attachment { bus, node_id: node_id? };
+        if place.node_id == UNCONFIGURED {
+            return Some(place);
+        }
         if let Some((_, other)) = self.places.iter().find(|(taken, _)| *taken == place) {
             let message =
                 format!("node {} on bus `{}` is device `{other}` already", place.node_id, name.get_ref());
@@ -138,7 +148,8 @@ impl<'b, 'r> Devices<'b, 'r> {
 
     fn unit_id(&mut self, table: &mut Table<'_, '_>, on: Option<&[Attachment]>, device: &str) -> Option<u8> {
         let given = table.get::<Spanned<u8>>("unit_id");
-        let first = on.and_then(<[_]>::first).map(|place| place.node_id);
+        let mut node_ids = on.unwrap_or_default().iter().map(|place| place.node_id);
+        let first = node_ids.find(|node_id| *node_id != UNCONFIGURED);
         if on.is_some_and(<[_]>::is_empty) && !table.has("unit_id") && !table.has("node_id") {
             let help = "add `bus = ` and `node_id = `, or `unit_id = ` for Modbus".to_owned();
             table.report.error(&table.span(), "nothing reaches this device", help);
@@ -158,6 +169,19 @@ impl<'b, 'r> Devices<'b, 'r> {
         }
         self.units.push((unit_id, device.to_owned()));
     }
+}
+
+/// `node_id`: 1 to 127, or [`UNCONFIGURED`].
+fn node_id(table: &mut Table<'_, '_>) -> Option<u8> {
+    const HIGHEST_NODE_ID: u8 = 127;
+    let node_id = table.require_in("node_id", 1..=UNCONFIGURED)?;
+    if node_id <= HIGHEST_NODE_ID || node_id == UNCONFIGURED {
+        return Some(node_id);
+    }
+    let message = format!("{node_id} is no Node-ID");
+    let help = "write a number from 1 to 127, or 255 for a node that an LSS master configures".to_owned();
+    table.report.error(&table.key_span("node_id"), message, help);
+    None
 }
 
 /// `sdo_timeout_ms`: 10 ms, which a client can just keep, to ten minutes.

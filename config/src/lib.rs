@@ -15,7 +15,7 @@ mod plant;
 mod resolve;
 
 pub use bus::{Bus, Link};
-pub use device::{Attachment, Device};
+pub use device::{Attachment, Device, UNCONFIGURED};
 pub use gateway::{Gateway, Note, load};
 pub use profiles::{Diagnostic, Diagnostics};
 pub use resolve::{PROFILE_DIRECTORY, ReadFile};

@@ -115,6 +115,24 @@ fn a_unit_id_is_by_default_the_node_id_and_only_modbus_needs_them_to_differ() {
 }
 
 #[test]
+fn a_node_without_a_node_id_has_255_and_several_may_have_none() {
+    let text = r#"
+        bus = [{ name = "x", link = "virtual" }]
+        device = [
+            { name = "a", profile = "cia402-servo", bus = "x", node_id = 255 },
+            { name = "b", profile = "cia402-servo", bus = "x", node_id = 255, identity = { serial = 7 } },
+        ]
+        "#;
+    let devices = load_plainly(text).devices;
+    assert!(devices.iter().all(|d| d.on == [Attachment { bus: 0, node_id: config::UNCONFIGURED }]));
+    assert_eq!(devices.iter().map(|d| d.unit_id).collect::<Vec<_>>(), [None, None]);
+    assert_eq!(devices[0].serial, Some(0xE40C_292C), "FNV-1a of the name");
+    assert_eq!(devices[1].serial, None, "the profile has it");
+    let wrong = load_text(&text.replace("255", "128")).unwrap_err();
+    assert_eq!(wrong.0[0].message, "128 is no Node-ID");
+}
+
+#[test]
 fn what_is_not_served_yet_is_noted_with_its_position() {
     let gateway = load_plainly("[modbus]\nlisten = \"0.0.0.0:502\"\n");
     assert_eq!(gateway.modbus, Some("0.0.0.0:502".parse().unwrap()));

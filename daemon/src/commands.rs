@@ -54,7 +54,8 @@ pub(crate) fn eds(file: &Path, name: &str) -> Result<(), Failure> {
         let text = format!("no device `{name}` in {}; there are: {}", file.display(), known.join(", "));
         return Err(Failure::Other(text));
     };
-    print(&device.profile.eds())
+    let identity = profiles::Identity { serial: device.serial, ..profiles::Identity::default() };
+    print(&profiles::Profile::clone(&device.profile).with_identity(identity).eds())
 }
 
 /// Writes to standard output; a reader that has left has seen enough.

@@ -34,7 +34,7 @@ use deadlines::Deadlines;
 use storage::Storing;
 use time::Telling;
 
-pub use storage::Parameters;
+pub use storage::{NodeParameters, Parameters};
 
 /// A link by its number in the configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -49,6 +49,8 @@ pub struct Plan {
     pub nodes: Vec<(LinkId, u8)>,
     /// What is behind its axes.
     pub plant: PlantSetup,
+    /// 0x1018:04, if it is not that of the profile.
+    pub serial: Option<u32>,
 }
 
 /// A profile that cannot be built.
@@ -70,6 +72,8 @@ pub enum Notice {
     FaultOver(u16),
     /// The node was reset over the bus.
     Reset,
+    /// An LSS master has given the node this Node-ID; 255: taken it away.
+    NodeId(u8),
     /// The NMT state is now this one.
     Nmt(NmtState),
     /// Somebody whom the node supervises is not there any more.
@@ -180,7 +184,8 @@ impl Core {
         let first = self.members.len();
         let Profile { communication, application, .. } = &*plan.profile;
         for (link, node_id) in plan.nodes.iter().copied() {
-            let node = Node::new(node_id, link.0, Arc::clone(communication), application)?;
+            let mut node = Node::new(node_id, link.0, Arc::clone(communication), application)?;
+            plan.serial.into_iter().for_each(|serial| node.set_serial(serial));
             self.members.push(Member { node, unit, link, is_started: false, is_up: false });
         }
         // Defaults of the application that depend on a Node-ID follow the first.
@@ -367,6 +372,12 @@ impl Core {
                     Event::Reset => {
                         device.reset(now);
                         Some(Notice::Reset)
+                    }
+                    Event::NodeId(node_id) => {
+                        if number == own.start {
+                            device.dictionary_mut().set_node_id(node_id);
+                        }
+                        Some(Notice::NodeId(node_id))
                     }
                     Event::Nmt(state) => {
                         let was_up = core::mem::replace(is_up, true);

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use canopen::{BusState, Emergency};
+use canopen::{BusState, Emergency, UNCONFIGURED};
 use od::Instant;
 use profiles::{Dialect, error_text};
 use tracing::{info, warn};
@@ -120,6 +120,7 @@ impl Reporter {
             Notice::Fault(_) => ("fault", true),
             Notice::FaultOver(_) => ("fault over", false),
             Notice::Reset => ("reset", false),
+            Notice::NodeId(_) => ("node-id", false),
             Notice::Nmt(_) => ("nmt", false),
             Notice::ConnectionLost(_) => ("connection", true),
             Notice::Emergency { emergency, .. } => ("emergency", emergency.code != 0),
@@ -131,6 +132,8 @@ impl Reporter {
             Notice::Fault(code) => format!("fault 0x{code:04X} ({})", error_text(code, dialect)),
             Notice::FaultOver(code) => format!("fault 0x{code:04X} is over"),
             Notice::Reset => "reset over the bus".to_owned(),
+            Notice::NodeId(UNCONFIGURED) => "has no Node-ID any more, by LSS".to_owned(),
+            Notice::NodeId(node_id) => format!("is node {node_id} now, by LSS"),
             Notice::Nmt(state) => state.name().to_owned(),
             Notice::ConnectionLost(cause) => format!("connection lost: {cause}"),
             Notice::Emergency { producer, emergency: Emergency { code, .. } } => {

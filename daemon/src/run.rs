@@ -156,6 +156,7 @@ fn plans(gateway: &Gateway) -> Vec<Plan> {
         profile: Arc::clone(&device.profile),
         nodes: device.on.iter().map(|place| (LinkId(place.bus as u16), place.node_id)).collect(),
         plant: device.plant.clone(),
+        serial: device.serial,
     };
     gateway.devices.iter().map(plan).collect()
 }

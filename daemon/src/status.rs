@@ -97,8 +97,11 @@ pub struct Fault {
 pub struct Node {
     /// Name of its bus.
     pub bus: String,
-    /// Node-ID.
+    /// Node-ID; 255: it has none.
     pub node_id: u8,
+    /// What an LSS master has stored, if anything.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lss: Option<Lss>,
     /// NMT state.
     pub state: String,
     /// Errors that stand now.
@@ -113,6 +116,18 @@ pub struct Node {
     pub lost_connections: Events,
     /// What it refused or lost without an answer on the bus.
     pub counters: Counters,
+}
+
+/// What an LSS master has stored in a node.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Lss {
+    /// Node-ID; 255: none.
+    pub node_id: u8,
+    /// Bit rate, in kbit/s; zero stands for automatic detection. The interface keeps its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kbit_per_s: Option<u16>,
+    /// The configuration gives the node another Node-ID, which holds.
+    pub conflicts: bool,
 }
 
 /// What happened since power-on, of one kind.

@@ -133,6 +133,7 @@ fn faults_of_the_configuration_come_in_the_time_of_the_plant_and_are_told_like_o
         profile: profile("cia402-servo"),
         nodes: vec![(LinkId(0), 1)],
         plant: PlantSetup { faults, ..PlantSetup::default() },
+        serial: None,
     };
     let now = Instant::ZERO;
     let mut bench = Bench { core: Core::new(1, &[plan], now).unwrap(), now };

@@ -5,7 +5,7 @@ mod common;
 use std::time::Duration;
 
 use common::{Bench, LINK};
-use daemon::core::{LinkId, Parameters};
+use daemon::core::{LinkId, NodeParameters, Parameters};
 use od::{AbortCode, Address, Saved};
 
 const SAVE_ALL: &str = "601#2310100173617665";
@@ -39,7 +39,7 @@ fn what_was_saved_is_there_after_the_power_was_cut() {
     let parameters = obey(&mut bench);
     assert_eq!(bench.sent_on(LINK), ["581#6010100100000000"]);
     assert_eq!(parameters.application.get(Address::new(0x6081, 0)), Some(&[1, 2, 3, 4][..]));
-    assert_eq!(parameters.nodes[0].get(Address::new(0x1015, 0)), Some(&[0x39, 0x30][..]));
+    assert_eq!(parameters.nodes[0].communication.get(Address::new(0x1015, 0)), Some(&[0x39, 0x30][..]));
 
     let (mut bench, _) = start_with(&[(0, 1)], parameters);
     assert_eq!(bench.send("601#4015100000000000"), ["581#4B15100039300000"]);
@@ -151,10 +151,15 @@ fn values_that_fit_no_more_are_counted() {
     application.insert(Address::new(0x6082, 0), vec![1, 2, 3, 4]);
     let mut communication = Saved::default();
     communication.insert(Address::new(0x1017, 0), vec![1]);
-    let parameters = Parameters { application, nodes: vec![communication.clone(), communication] };
+    let parameters =
+        Parameters { application, nodes: [communication.clone(), communication].map(node).into() };
     let mut bench = Bench::silent(&[&[(0, 1)]]);
     assert_eq!(bench.core.load(bench.now, 0, parameters), 3, "no such object, too short, no such node");
     bench.core.start(bench.now, LINK);
     bench.sent_on(LINK);
     assert_eq!(bench.send("601#4081600000000000"), ["581#4381600001020304"]);
+}
+
+fn node(communication: Saved) -> NodeParameters {
+    NodeParameters { communication, ..NodeParameters::default() }
 }

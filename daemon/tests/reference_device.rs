@@ -34,7 +34,7 @@ fn it_starts_by_itself_once_that_is_stored() {
     let (device, parameters) = bench.core.poll_store().unwrap();
     bench.core.stored(bench.now, device, Ok(()));
     bench.sent_on(LINK);
-    assert_eq!(parameters.nodes[0].get(Address::new(0x1F80, 0)), Some(&[8, 0, 0, 0][..]));
+    assert_eq!(parameters.nodes[0].communication.get(Address::new(0x1F80, 0)), Some(&[8, 0, 0, 0][..]));
 
     // Boot-up, the event-driven TPDOs of OPERATIONAL and a heartbeat that says so.
     let mut sent = bench.send("000#8101");

@@ -8,8 +8,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use canopen::LssSetting;
 use daemon::alarm::Alarm;
-use daemon::core::Parameters;
+use daemon::core::{NodeParameters, Parameters};
 use daemon::storage::{
     Claim, Corrupt, Done, Failure, Replacement, Storage, decode, encode, file_name, load, replace,
 };
@@ -61,8 +62,15 @@ fn saved(values: &[(u16, u8, &[u8])]) -> Saved {
 fn parameters() -> Parameters {
     Parameters {
         application: saved(&[(0x2005, 0, b""), (0x6081, 0, &[0, 0xA0, 0, 0])]),
-        nodes: vec![saved(&[(0x1017, 0, &[0xE8, 3]), (0x1600, 0x0A, &[1])]), saved(&[])],
+        nodes: vec![
+            node(saved(&[(0x1017, 0, &[0xE8, 3]), (0x1600, 0x0A, &[1])]), LssSetting::default()),
+            node(saved(&[]), LssSetting { node_id: 5, bit_timing: Some(2) }),
+        ],
     }
+}
+
+fn node(communication: Saved, lss: LssSetting) -> NodeParameters {
+    NodeParameters { communication, lss }
 }
 
 const TEXT: &str = "\
@@ -74,7 +82,8 @@ node 0
 1017:00=E803
 1600:0A=01
 node 1
-crc32 AC85B6EA
+lss 5 2
+crc32 2B93B793
 ";
 
 #[test]
@@ -312,6 +321,14 @@ fn without_a_directory_only_defaults_can_be_stored() {
     assert!(storage.is_idle());
 }
 
+fn any_node() -> impl Strategy<Value = NodeParameters> {
+    let node_id = prop_oneof![1..=127_u8, Just(255)];
+    let bit_timing = prop::option::of(prop_oneof![0..=4_u8, 6..=9_u8]);
+    (any_saved(), node_id, bit_timing).prop_map(|(communication, node_id, bit_timing)| {
+        node(communication, LssSetting { node_id, bit_timing })
+    })
+}
+
 fn any_saved() -> impl Strategy<Value = Saved> {
     let value = (any::<u16>(), any::<u8>(), prop::collection::vec(any::<u8>(), 0..20));
     prop::collection::vec(value, 0..20).prop_map(|values| {
@@ -325,7 +342,7 @@ fn any_saved() -> impl Strategy<Value = Saved> {
 
 proptest! {
     #[test]
-    fn whatever_is_written_is_read_back(application in any_saved(), nodes in prop::collection::vec(any_saved(), 0..4)) {
+    fn whatever_is_written_is_read_back(application in any_saved(), nodes in prop::collection::vec(any_node(), 0..4)) {
         let parameters = Parameters { application, nodes };
         prop_assert_eq!(decode(encode(&parameters).as_bytes()), Ok(parameters));
     }

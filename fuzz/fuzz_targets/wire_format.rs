@@ -7,6 +7,9 @@ mod wire_format;
 
 libfuzzer_sys::fuzz_target!(|bytes: [u8; wire_format::SIZE]| {
     if let Some(wire_format::Message::Frame(frame)) = wire_format::decode(&bytes) {
-        assert_eq!(wire_format::decode(&wire_format::encode(&frame)), Some(wire_format::Message::Frame(frame)));
+        assert_eq!(
+            wire_format::decode(&wire_format::encode(&frame)),
+            Some(wire_format::Message::Frame(frame))
+        );
     }
 });

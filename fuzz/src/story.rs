@@ -9,9 +9,10 @@ use od::{Address, Dictionary, Initial, Instant, Saved, Value};
 use profiles::{Device, Profile};
 
 const NODE_ID: u8 = 1;
-const SDO_REQUEST: Id = Id::Standard(0x600 + NODE_ID as u16);
-const SDO_ANSWER: Id = Id::Standard(0x580 + NODE_ID as u16);
-const ERROR_CONTROL: Id = Id::Standard(0x700 + NODE_ID as u16);
+const SDO_REQUEST: u16 = 0x600;
+const SDO_ANSWER: u16 = 0x580;
+const ERROR_CONTROL: u16 = 0x700;
+const LSS_ANSWER: Id = Id::Standard(0x7E4);
 /// Frames that one event may lead to: a block of an SDO upload, 32 TPDOs, 16 emergency messages and some single ones.
 const MOST_AT_ONCE: usize = 127 + 32 + 16 + 8;
 /// Deadlines that are served in one step: a SYNC may be produced in every microsecond.
@@ -33,7 +34,7 @@ pub fn tell(story: &[u8]) {
 pub fn request(messages: &[u8]) {
     let mut stage = Stage::new(profile("canopen-reference"));
     for message in messages.chunks(8) {
-        stage.hear(&Frame::new(SDO_REQUEST, message));
+        stage.hear(&Frame::new(stage.own(SDO_REQUEST), message));
     }
     stage.check_memory();
 }
@@ -70,11 +71,11 @@ impl Stage {
             0..=5 => {
                 let command = next();
                 let message = self.access(command, [next(), next()], [next(), next(), next(), next()]);
-                self.hear(&Frame::new(SDO_REQUEST, &message));
+                self.hear(&Frame::new(self.own(SDO_REQUEST), &message));
             }
             6 | 7 => {
                 let message = [next(), next(), next(), next(), next(), next(), next(), next()];
-                self.hear(&Frame::new(SDO_REQUEST, &message));
+                self.hear(&Frame::new(self.own(SDO_REQUEST), &message));
             }
             8 => self.hear(&Frame::new(Id::Standard(0), &[next(), next() % 2])),
             9 => self.hear(&Frame::new(Id::Standard(0x080), &[])),
@@ -108,6 +109,11 @@ impl Stage {
         let Address { index, sub } = address.unwrap_or(Address::new(number as u16, place[0]));
         let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), data);
         [command, low, high, sub, a, b, c, d]
+    }
+
+    /// The identifier of the pre-defined connection set that an LSS master may have moved.
+    fn own(&self, base: u16) -> Id {
+        Id::Standard(base + u16::from(self.node.node_id()))
     }
 
     /// One of the identifiers the node listens to.
@@ -159,6 +165,7 @@ impl Stage {
                     let wanted = [self.node.communication(), self.device.dictionary()];
                     self.order = Some(wanted.map(|dictionary| order.apply(dictionary)).into());
                 }
+                Event::NodeId(node_id) => self.device.dictionary_mut().set_node_id(node_id),
                 Event::Nmt(_)
                 | Event::Subscriptions
                 | Event::Time
@@ -177,8 +184,9 @@ impl Stage {
     fn check(&self, frame: &Frame) {
         assert!(!frame.is_remote, "{frame}");
         let is_legal = match frame.id {
-            SDO_ANSWER => frame.len() == 8,
-            ERROR_CONTROL => self.is_state(frame.payload()),
+            LSS_ANSWER => frame.len() == 8,
+            id if id == self.own(SDO_ANSWER) => frame.len() == 8,
+            id if id == self.own(ERROR_CONTROL) => self.is_state(frame.payload()),
             _ => self.is_emcy(frame) || self.is_tpdo(frame) || self.is_sync(frame),
         };
         assert!(is_legal, "{frame} in {:?}", self.node.state());

@@ -58,6 +58,11 @@ impl Dictionary {
         self.node_id
     }
 
+    /// Makes the defaults that follow the Node-ID follow this one, from the next [`Dictionary::reset`] on.
+    pub fn set_node_id(&mut self, node_id: u8) {
+        self.node_id = node_id;
+    }
+
     /// Gives every entry its power-on value again: the stored one, else the default. What was written and not yet taken is forgotten.
     pub fn reset(&mut self) {
         for (value, (_, entry)) in self.values.iter_mut().zip(self.schema.entries()) {

@@ -68,7 +68,7 @@ fn write_header(out: &mut String, info: &DeviceInfo) -> core::fmt::Result {
         writeln!(out, "BaudRate_{rate}=1")?;
     }
     writeln!(out, "SimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=1\nDynamicChannelsSupported=0")?;
-    writeln!(out, "GroupMessaging=0\nNrOfRXPDO={}\nNrOfTXPDO={}\nLSS_Supported=0\n", info.rpdos, info.tpdos)?;
+    writeln!(out, "GroupMessaging=0\nNrOfRXPDO={}\nNrOfTXPDO={}\nLSS_Supported=1\n", info.rpdos, info.tpdos)?;
     writeln!(out, "[DummyUsage]")?;
     for index in 1..=7 {
         writeln!(out, "Dummy{index:04X}=1")?;

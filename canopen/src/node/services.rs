@@ -9,12 +9,15 @@ use crate::communication::{self as objects, Objects};
 use crate::emcy::Producer;
 use crate::pdo::{Reception, Tpdo};
 use crate::sdo::Step;
-use crate::{Cause, CobId, Emergency, Event, Frame, Id, NmtCommand, NmtState, rules, time};
+use crate::{
+    Cause, CobId, Emergency, Event, Frame, Id, NmtCommand, NmtState, UNCONFIGURED, lss, rules, time,
+};
 
 /// What a frame with a subscribed identifier is for; the numbers are positions in the node's lists of PDOs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Service {
     Nmt,
+    Lss,
     Sync,
     Time,
     /// Of the SDO server at this position.
@@ -43,6 +46,7 @@ impl Node {
         }
         match service {
             Service::Nmt => self.handle_nmt(now, frame, application),
+            Service::Lss => self.handle_lss(now, frame, application.schema()),
             Service::Sync if self.state.communicates() => self.handle_sync(now, frame, application),
             Service::Time if self.state.communicates() => self.handle_time(now, frame),
             Service::Sdo(position) if self.state.communicates() => {
@@ -71,6 +75,7 @@ impl Node {
             Some(NmtCommand::Stop) => self.enter(now, NmtState::Stopped),
             Some(NmtCommand::EnterPreOperational) => self.enter(now, NmtState::PreOperational),
             Some(NmtCommand::ResetNode) => {
+                self.adopt_node_id();
                 self.notify(Event::Reset);
                 self.emcy = Producer::default();
                 self.boot(now, application.schema());
@@ -195,6 +200,15 @@ impl Node {
     /// Derives what is listened to from the parameters, and what TIME is sent with.
     pub(super) fn resubscribe(&mut self) {
         self.services.clear();
+        self.services.push((Id::Standard(lss::REQUEST), Service::Lss));
+        if self.node_id != UNCONFIGURED {
+            self.subscribe_to_services();
+        }
+        self.services.sort_unstable();
+        self.notify(Event::Subscriptions);
+    }
+
+    fn subscribe_to_services(&mut self) {
         self.services.push((Id::Standard(NMT), Service::Nmt));
         self.services.extend(self.sdo.request_ids().map(|(position, id)| (id, Service::Sdo(position))));
         let sync = objects::cob_id(&self.communication, objects::COB_ID_SYNC);
@@ -213,7 +227,5 @@ impl Node {
         if self.communication.find(Address::new(objects::GUARD_TIME, 0)).is_ok() {
             self.services.push((self.error_control(), Service::Guarding));
         }
-        self.services.sort_unstable();
-        self.notify(Event::Subscriptions);
     }
 }

@@ -7,7 +7,9 @@
 use od::{AbortCode, Address, Dictionary, Entry, Group, Instant, Saved, Schema, Slot};
 
 use super::{Event, Node};
+use crate::LssSetting;
 use crate::communication::{Objects, RESTORE_PARAMETERS, STORE_PARAMETERS, VERIFY_CONFIGURATION};
+use crate::lss::Slave;
 
 /// What to do with the stored values of a group of parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +18,8 @@ pub enum Order {
     Save(Group),
     /// Make the defaults the power-on values.
     Restore(Group),
+    /// Keep what an LSS master has set.
+    Lss(LssSetting),
 }
 
 impl Order {
@@ -37,14 +41,16 @@ impl Order {
         match self {
             Self::Save(group) => dictionary.save(is_in(group)),
             Self::Restore(group) => dictionary.forget(is_in(group)),
+            Self::Lss(_) => dictionary.saved().clone(),
         }
     }
 
-    /// What has to be written: "save" or "load", first letter first.
-    const fn signature(self) -> u64 {
+    /// What has to be written: "save" or "load", first letter first; nothing orders LSS to be stored.
+    const fn signature(self) -> Option<u64> {
         match self {
-            Self::Save(_) => u32::from_le_bytes(*b"save") as u64,
-            Self::Restore(_) => u32::from_le_bytes(*b"load") as u64,
+            Self::Save(_) => Some(u32::from_le_bytes(*b"save") as u64),
+            Self::Restore(_) => Some(u32::from_le_bytes(*b"load") as u64),
+            Self::Lss(_) => None,
         }
     }
 }
@@ -55,10 +61,19 @@ const ON_COMMAND: u64 = 1 << 0;
 /// The order under way, and whether 0x1020 is being renewed.
 #[derive(Debug, Default)]
 pub(super) struct Storage {
-    /// What is to be done, and the position of the SDO server whose client wants it.
-    order: Option<(Order, usize)>,
+    /// What is to be done, and for whom.
+    order: Option<(Order, Client)>,
     /// Whether 0x1020 was written since parameters were last stored: then it is meant for what is being written.
     is_signed: bool,
+}
+
+/// Who waits for an order to end.
+#[derive(Clone, Copy, Debug)]
+enum Client {
+    /// That of the SDO server at this position.
+    Sdo(usize),
+    /// The LSS master.
+    Lss,
 }
 
 impl Storage {
@@ -75,10 +90,19 @@ impl Storage {
         }
         let order = Order::at(address).filter(|_| objects.communication.raw(slot) & ON_COMMAND != 0);
         match order {
-            Some(order) if order.signature() == raw && self.order.is_none() => Ok(()),
-            Some(order) if order.signature() == raw => Err(AbortCode::DeviceState),
+            Some(order) if order.signature() == Some(raw) && self.order.is_none() => Ok(()),
+            Some(order) if order.signature() == Some(raw) => Err(AbortCode::DeviceState),
             Some(_) | None => Err(AbortCode::CannotStore),
         }
+    }
+
+    /// Begins to store what an LSS master has set, unless something else is being stored.
+    pub(super) fn begin_lss(&mut self, setting: LssSetting) -> bool {
+        let is_free = self.order.is_none();
+        if is_free {
+            self.order = Some((Order::Lss(setting), Client::Lss));
+        }
+        is_free
     }
 
     /// A reset: what is in effect is what was stored.
@@ -97,13 +121,19 @@ impl Node {
     /// Ends the order of the last [`Event::Storage`]: what it asked for is stored or, for the given reason, as before.
     /// The client gets its answer.
     pub fn stored(&mut self, now: Instant, outcome: Result<(), AbortCode>) {
-        let Some((order, position)) = self.storage.order.take() else { return };
-        if outcome.is_ok() {
-            self.storage.is_signed = false;
-            if matches!(order, Order::Restore(_)) {
+        let Some((order, client)) = self.storage.order.take() else { return };
+        match order {
+            _ if outcome.is_err() => {}
+            Order::Lss(setting) => self.lss_stored = setting,
+            Order::Save(_) => self.storage.is_signed = false,
+            Order::Restore(_) => {
+                self.storage.is_signed = false;
                 self.void_verification();
             }
         }
+        let Client::Sdo(position) = client else {
+            return self.answer_lss(&Slave::stored(outcome.is_ok()));
+        };
         if let Some(connection) = self.sdo.get_mut(position)
             && let Some(answer) = connection.server.release(outcome)
             && let Some(answer) = connection.frame(answer)
@@ -118,7 +148,7 @@ impl Node {
         if let Ok(slot) = self.communication.find(address) {
             self.communication.set(slot, ON_COMMAND);
         }
-        self.storage.order = Some((order, position));
+        self.storage.order = Some((order, Client::Sdo(position)));
         self.notify(Event::Storage(order));
     }
 

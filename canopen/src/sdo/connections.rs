@@ -36,13 +36,19 @@ pub(crate) struct Connections(Vec<Connection>);
 impl Connections {
     /// The default server of node `node_id` and those that `communication` has records for.
     pub(crate) fn new(node_id: u8, communication: &Schema) -> Self {
-        let node_id = u16::from(node_id);
-        let ids = (Id::Standard(SDO_RECEIVE + node_id), Id::Standard(SDO_TRANSMIT + node_id));
-        let default = Connection { server: Server::new(), index: FURTHER.start() - 1, ids: Some(ids) };
+        let default =
+            Connection { server: Server::new(), index: FURTHER.start() - 1, ids: Some(default_ids(node_id)) };
         let has = |index, sub| communication.slot(Address::new(index, sub)).is_some();
         let further = FURTHER.filter(|index| has(*index, REQUEST) && has(*index, ANSWER));
         let further = further.map(|index| Connection { server: Server::new(), index, ids: None });
         Self(core::iter::once(default).chain(further).collect())
+    }
+
+    /// Makes the default server that of another Node-ID.
+    pub(crate) fn set_node_id(&mut self, node_id: u8) {
+        if let Some(default) = self.0.first_mut() {
+            default.ids = Some(default_ids(node_id));
+        }
     }
 
     /// The server at `position`.
@@ -94,6 +100,12 @@ impl Connections {
             connection.frame(answer)
         })
     }
+}
+
+/// The identifiers of requests and answers of the default server (CiA 301 v4.2, table 39).
+fn default_ids(node_id: u8) -> (Id, Id) {
+    let node_id = u16::from(node_id);
+    (Id::Standard(SDO_RECEIVE + node_id), Id::Standard(SDO_TRANSMIT + node_id))
 }
 
 impl Connection {

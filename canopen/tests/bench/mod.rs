@@ -30,9 +30,14 @@ impl Bench {
 
     /// The same with other communication objects.
     pub(crate) fn with(communication: Schema) -> Self {
+        Self::as_node(1, communication)
+    }
+
+    /// The same with another Node-ID.
+    pub(crate) fn as_node(node_id: u8, communication: Schema) -> Self {
         let application = device::application();
-        let node = Node::new(1, 0, Arc::new(communication), &application).unwrap();
-        Self { node, device: Dictionary::new(Arc::new(application), 1), now: Instant::ZERO }
+        let node = Node::new(node_id, 0, Arc::new(communication), &application).unwrap();
+        Self { node, device: Dictionary::new(Arc::new(application), node_id), now: Instant::ZERO }
     }
 
     /// A node in PRE-OPERATIONAL whose boot-up message is gone.

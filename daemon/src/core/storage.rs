@@ -4,7 +4,7 @@
 //! have stored, which its owner fetches by [`Core::poll_store`], stores as a whole and confirms by [`Core::stored`].
 //! Only then is it what the next reset goes back to, and the client of the node has its answer.
 
-use canopen::{Emergency, ErrorRegister, Order};
+use canopen::{Emergency, ErrorRegister, LssSetting, Order};
 use od::{AbortCode, Instant, Saved};
 
 use super::{Core, Member, Unit};
@@ -14,15 +14,32 @@ use super::{Core, Member, Unit};
 pub struct Parameters {
     /// Objects from 0x2000 on.
     pub application: Saved,
-    /// Communication objects of each node, in the order of the device's places.
-    pub nodes: Vec<Saved>,
+    /// Each node, in the order of the device's places.
+    pub nodes: Vec<NodeParameters>,
+}
+
+/// Everything that one node has stored.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NodeParameters {
+    /// Its communication objects.
+    pub communication: Saved,
+    /// What an LSS master has set.
+    pub lss: LssSetting,
+}
+
+impl NodeParameters {
+    /// Whether everything has its default.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.communication.is_empty() && self.lss == LssSetting::default()
+    }
 }
 
 impl Parameters {
     /// Whether everything has its default.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.application.is_empty() && self.nodes.iter().all(Saved::is_empty)
+        self.application.is_empty() && self.nodes.iter().all(NodeParameters::is_empty)
     }
 }
 
@@ -47,9 +64,10 @@ impl Core {
         let mut nodes = parameters.nodes.into_iter();
         let members = self.members.get_mut(members.clone()).unwrap_or_default();
         for (Member { node, .. }, saved) in members.iter_mut().zip(&mut nodes) {
-            left_out += node.set_saved(saved);
+            left_out += node.set_saved(saved.communication);
+            node.set_lss(saved.lss);
         }
-        left_out + nodes.map(|saved| saved.iter().count()).sum::<usize>()
+        left_out + nodes.map(|saved| saved.communication.iter().count()).sum::<usize>()
     }
 
     /// What a device has stored cannot be read: it has its defaults, and its masters are told.
@@ -77,7 +95,7 @@ impl Core {
             unit.device.dictionary_mut().set_saved(parameters.application);
             let members = self.members.get_mut(unit.members.clone()).unwrap_or_default();
             for (Member { node, .. }, saved) in members.iter_mut().zip(parameters.nodes) {
-                node.set_saved(saved);
+                node.set_saved(saved.communication);
                 node.clear(PARAMETERS_LOST);
             }
         }
@@ -100,10 +118,14 @@ impl Core {
             return;
         }
         let saved = |(number, Member { node, .. }): (usize, &mut Member)| {
-            if number == member {
-                order.apply(node.communication())
-            } else {
-                node.communication().saved().clone()
+            let kept = || node.communication().saved().clone();
+            match order {
+                _ if number != member => NodeParameters { communication: kept(), lss: node.lss_stored() },
+                Order::Lss(lss) => NodeParameters { communication: kept(), lss },
+                Order::Save(_) | Order::Restore(_) => NodeParameters {
+                    communication: order.apply(node.communication()),
+                    lss: node.lss_stored(),
+                },
             }
         };
         let nodes = numbered.map(saved).collect();

@@ -1,10 +1,10 @@
 //! From the core to plain values.
 
-use canopen::{Abort, Emergency, Recent};
+use canopen::{Abort, Emergency, LssSetting, Recent, UNCONFIGURED};
 use od::{Address, Instant};
 use profiles::{AxisStatus, Dialect, error_text};
 
-use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Node, Status};
+use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Lss, Node, Status};
 use crate::core::{Core, LinkId};
 use crate::link::Link;
 use crate::reporter::Reporter;
@@ -107,6 +107,7 @@ fn node(now: Instant, bus: &str, node: &canopen::Node, dialect: Dialect) -> Node
     Node {
         bus: bus.to_owned(),
         node_id: node.node_id(),
+        lss: lss(node),
         state: node.state().name().to_owned(),
         errors: node.errors().iter().map(|error| fault(error.code, dialect)).collect(),
         emergencies: events(now, &diagnostics.sent, |emergency| told(emergency, dialect, None)),
@@ -121,6 +122,15 @@ fn node(now: Instant, bus: &str, node: &canopen::Node, dialect: Dialect) -> Node
         }),
         counters: counters(node.counters()),
     }
+}
+
+fn lss(node: &canopen::Node) -> Option<Lss> {
+    let stored = node.lss_stored();
+    (stored != LssSetting::default()).then(|| Lss {
+        node_id: stored.node_id,
+        kbit_per_s: stored.kbit_per_s(),
+        conflicts: node.has_fixed_id() && stored.node_id != UNCONFIGURED && stored.node_id != node.node_id(),
+    })
 }
 
 fn abort(Abort { address: Address { index, sub }, code }: Abort) -> Event {

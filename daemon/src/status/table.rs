@@ -2,7 +2,9 @@
 
 use core::fmt::Write;
 
-use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Node, Status};
+use canopen::UNCONFIGURED;
+
+use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Lss, Node, Status};
 
 /// A table of the devices, one of the buses, and what went wrong, where anything did.
 #[must_use]
@@ -48,7 +50,10 @@ fn row(device: &Device, number: usize, buses: &[Bus]) -> [String; 9] {
     let bus = node.and_then(|node| buses.iter().find(|bus| bus.name == node.bus));
     [
         if number == 0 { device.name.clone() } else { String::new() },
-        of_node(|node| format!("{}/{}", node.bus, node.node_id)),
+        of_node(|node| match node.node_id {
+            UNCONFIGURED => format!("{}/-", node.bus),
+            node_id => format!("{}/{node_id}", node.bus),
+        }),
         of_node(|node| node.state.clone()),
         of_axis(|axis| axis.state.clone()),
         of_axis(|axis| axis.mode.clone()),
@@ -86,6 +91,7 @@ fn trouble(device: &str, node: &Node) -> String {
     lines.extend(happened("EMCY received", &node.heard, 4));
     lines.extend(happened("SDO aborted", &node.aborts, 8));
     lines.extend(happened("connection lost", &node.lost_connections, 0));
+    lines.extend(node.lss.as_ref().map(stored_by_lss));
     let counted = counted(&node.counters);
     lines.extend(counted.into_iter().filter(|(count, _)| *count > 0).map(|(c, what)| format!("{what}: {c}")));
     if lines.is_empty() {
@@ -93,6 +99,20 @@ fn trouble(device: &str, node: &Node) -> String {
     }
     let lines: String = lines.iter().map(|line| format!("  {line}\n")).collect();
     format!("\n{device}, node {} on {}:\n{lines}", node.node_id, node.bus)
+}
+
+fn stored_by_lss(lss: &Lss) -> String {
+    let node_id = match lss.node_id {
+        UNCONFIGURED => "no Node-ID".to_owned(),
+        node_id => format!("Node-ID {node_id}"),
+    };
+    let rate = match lss.kbit_per_s {
+        None => String::new(),
+        Some(0) => ", automatic bit rate".to_owned(),
+        Some(rate) => format!(", {rate} kbit/s"),
+    };
+    let conflict = if lss.conflicts { "; the configuration has another Node-ID, which holds" } else { "" };
+    format!("stored by LSS: {node_id}{rate}{conflict}")
 }
 
 /// What is broken in the simulated plants of a device; nothing if nothing is.

@@ -5,21 +5,24 @@
 //! application
 //! 6081:00=00A00000
 //! node 0
+//! lss 5 2
 //! 1017:00=E803
 //! crc32 1A2B3C4D
 //! ```
 //!
 //! The first line has the version of the format. `application` begins the objects of the device, `node n` those of its
-//! n-th place on a bus, in the order of the configuration. A value is the bytes that an SDO carries, in hexadecimal
+//! n-th place on a bus, in the order of the configuration; `lss` has the Node-ID and the index of the bit timing that an
+//! LSS master has stored there, a hyphen if none. A value is the bytes that an SDO carries, in hexadecimal
 //! digits; index and sub-index are hexadecimal, too. The last line is the CRC-32 of all bytes before it. Lines end
 //! with a line feed, all of them.
 
 use core::fmt::Write;
 
+use canopen::LssSetting;
 use od::{Address, Saved};
 use thiserror::Error;
 
-use crate::core::Parameters;
+use crate::core::{NodeParameters, Parameters};
 
 const FIRST_LINE: &str = "axisd parameters ";
 const VERSION: &str = "1";
@@ -45,17 +48,26 @@ pub enum Corrupt {
 #[must_use]
 pub fn encode(parameters: &Parameters) -> String {
     let mut text = format!("{FIRST_LINE}{VERSION}\n");
-    section(&mut text, "application", &parameters.application);
-    for (number, node) in parameters.nodes.iter().enumerate() {
-        section(&mut text, &format!("node {number}"), node);
+    text.push_str("application\n");
+    values(&mut text, &parameters.application);
+    for (number, NodeParameters { communication, lss }) in parameters.nodes.iter().enumerate() {
+        // A String takes whatever is written.
+        let _ = writeln!(text, "node {number}");
+        setting(&mut text, *lss);
+        values(&mut text, communication);
     }
     let end = last_line(&text);
     text + &end
 }
 
-fn section(text: &mut String, title: &str, saved: &Saved) {
-    // A String takes whatever is written.
-    let _ = writeln!(text, "{title}");
+fn setting(text: &mut String, lss: LssSetting) {
+    if lss != LssSetting::default() {
+        let timing = lss.bit_timing.map_or("-".to_owned(), |timing| timing.to_string());
+        let _ = writeln!(text, "lss {} {timing}", lss.node_id);
+    }
+}
+
+fn values(text: &mut String, saved: &Saved) {
     for (Address { index, sub }, bytes) in saved.iter() {
         let _ = write!(text, "{index:04X}:{sub:02X}=");
         for byte in bytes {
@@ -98,7 +110,12 @@ fn take(parameters: &mut Parameters, line: &str) -> Option<()> {
     let Parameters { application, nodes } = parameters;
     if let Some(number) = line.strip_prefix("node ") {
         let is_next = number.parse() == Ok(nodes.len());
-        return is_next.then(|| nodes.push(Saved::default()));
+        return is_next.then(|| nodes.push(NodeParameters::default()));
+    }
+    if let Some(setting) = line.strip_prefix("lss ") {
+        let node = nodes.last_mut().filter(|node| node.is_empty())?;
+        node.lss = lss(setting)?;
+        return Some(());
     }
     let (address, digits) = line.split_once('=')?;
     let (index, sub) = address.split_once(':')?;
@@ -108,7 +125,15 @@ fn take(parameters: &mut Parameters, line: &str) -> Option<()> {
         u8::from_str_radix(pair, 16).ok()
     });
     let bytes: Vec<u8> = pairs.collect::<Option<_>>()?;
-    nodes.last_mut().unwrap_or(application).insert(address, bytes).then_some(())
+    let saved = nodes.last_mut().map_or(application, |node| &mut node.communication);
+    saved.insert(address, bytes).then_some(())
+}
+
+/// Node-ID and bit timing behind `lss`.
+fn lss(setting: &str) -> Option<LssSetting> {
+    let (node_id, timing) = setting.split_once(' ')?;
+    let bit_timing = if timing == "-" { None } else { Some(timing.parse().ok()?) };
+    Some(LssSetting { node_id: node_id.parse().ok()?, bit_timing }).filter(|setting| setting.is_valid())
 }
 
 /// CRC-32 of IEEE 802.3: reflected polynomial 0x04C11DB7, all ones before and inverted after.

@@ -48,6 +48,7 @@ impl Bench {
             profile: Arc::clone(profile),
             nodes: nodes.iter().map(|(link, node_id)| (LinkId(*link), *node_id)).collect(),
             plant: PlantSetup::default(),
+            serial: None,
         };
         let plans: Vec<Plan> = devices.iter().map(plan).collect();
         let now = Instant::from_nanos(1_000_000_000);

@@ -28,8 +28,12 @@ impl Tool {
     /// The device before power-on.
     pub(crate) fn off() -> Self {
         let profile = Arc::new(Profile::embedded("canopen-reference", None).unwrap().unwrap());
-        let plan =
-            Plan { profile: Arc::clone(&profile), nodes: vec![(LINK, 1)], plant: PlantSetup::default() };
+        let plan = Plan {
+            profile: Arc::clone(&profile),
+            nodes: vec![(LINK, 1)],
+            plant: PlantSetup::default(),
+            serial: None,
+        };
         let now = Instant::from_nanos(1_000_000_000);
         Self { profile, core: Core::new(1, &[plan], now).unwrap(), now }
     }

@@ -6,7 +6,7 @@ mod garbage;
 
 use std::thread;
 
-use tests::{Bus, Daemon, Master, Vcan, Wire, config, story};
+use tests::{Bus, Daemon, Master, TempDir, Vcan, Wire, config, story};
 
 const PROFILE: &str = "jvl-mac00-fc4";
 
@@ -49,6 +49,20 @@ fn python_canopen_takes_a_drive_through_every_mode() {
     insta::with_settings!({ prepend_module_to_snapshot => false, snapshot_path => "../snapshots" }, {
         insta::assert_snapshot!("modes402", log);
     });
+}
+
+#[test]
+fn fastscan_finds_eight_unconfigured_nodes_on_one_interface() {
+    let interface = Vcan::new();
+    let storage = TempDir::new();
+    let names = ["a", "b", "c", "d", "e", "f", "g", "h"];
+    let devices = names.map(|name| (name, "cia402-servo", 255));
+    let config = config(Bus::Interface(&interface), &devices);
+    let _daemon = Daemon::start(&format!("[storage]\npath = \"{}\"\n{config}", storage.path().display()));
+
+    let log = Master::on(&interface, "cia402-servo").run("lss", &[]);
+
+    assert!(log.starts_with("8 nodes found and stored\n"), "{log}");
 }
 
 #[test]

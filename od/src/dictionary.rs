@@ -74,16 +74,12 @@ impl Dictionary {
         self.revision += 1;
     }
 
-    /// The slot of the entry at `address`.
+    /// The slot of the entry at `address`, as CANopen finds it: local entries do not exist for it.
     ///
     /// # Errors
     /// [`AbortCode::NoObject`] or [`AbortCode::NoSubIndex`].
     pub fn find(&self, address: Address) -> Result<Slot, AbortCode> {
-        self.schema.slot(address).ok_or(if self.schema.has_object(address.index) {
-            AbortCode::NoSubIndex
-        } else {
-            AbortCode::NoObject
-        })
+        self.schema.find(address)
     }
 
     /// What a bus reads at `slot`.
@@ -169,6 +165,12 @@ impl Dictionary {
             *flag = false;
         }
         Some(slot)
+    }
+
+    /// Whether a bus has written the entry at `slot` since it was last taken.
+    #[must_use]
+    pub fn is_written(&self, slot: Slot) -> bool {
+        self.is_written.get(slot.position()).copied().unwrap_or(false)
     }
 
     /// Whether a bus has written anything that was not taken yet.

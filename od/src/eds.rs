@@ -25,7 +25,7 @@ pub struct DeviceInfo {
     pub tpdos: u16,
 }
 
-/// The sheet of a device that shows the objects of all `schemas`.
+/// The sheet of a device that shows the objects of all `schemas`; those that are not on CANopen are left out.
 #[must_use]
 pub fn write(info: &DeviceInfo, schemas: &[&Schema]) -> String {
     let mut sheet = String::new();
@@ -39,16 +39,17 @@ const BIT_RATES: [u16; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
 
 fn write_sheet(out: &mut String, info: &DeviceInfo, schemas: &[&Schema]) -> core::fmt::Result {
     write_header(out, info)?;
-    let mut indices: Vec<u16> = schemas.iter().flat_map(|s| s.objects().map(|(index, ..)| index)).collect();
-    indices.sort_unstable();
+    let is_public = |entries: &[Entry]| !entries.iter().any(|entry| entry.is_local);
+    let shown = schemas.iter().flat_map(|s| s.objects()).filter(|(.., entries)| is_public(entries));
+    let mut objects: Vec<_> = shown.collect();
+    objects.sort_by_key(|(index, ..)| *index);
     let is_mandatory = |index: &u16| matches!(index, 0x1000 | 0x1001 | 0x1018);
     let is_manufacturer = |index: &u16| (0x2000..0x6000).contains(index);
-    let select = |wanted: &dyn Fn(&u16) -> bool| indices.iter().copied().filter(wanted).collect::<Vec<_>>();
+    let indices = || objects.iter().map(|(index, ..)| *index);
+    let select = |wanted: &dyn Fn(&u16) -> bool| indices().filter(wanted).collect::<Vec<_>>();
     write_list(out, "MandatoryObjects", &select(&is_mandatory))?;
     write_list(out, "OptionalObjects", &select(&|i| !is_mandatory(i) && !is_manufacturer(i)))?;
     write_list(out, "ManufacturerObjects", &select(&is_manufacturer))?;
-    let mut objects: Vec<_> = schemas.iter().flat_map(|s| s.objects()).collect();
-    objects.sort_by_key(|(index, ..)| *index);
     objects
         .into_iter()
         .try_for_each(|(index, name, kind, entries)| write_object(out, index, name, kind, entries))

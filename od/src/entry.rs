@@ -148,6 +148,8 @@ pub struct Entry {
     pub is_volatile: bool,
     /// The owner's objection, if any.
     pub veto: Option<Veto>,
+    /// Whether it is not on CANopen: other views of the device reach it by its slot, [`Dictionary::find`] does not.
+    pub is_local: bool,
 }
 
 impl Entry {
@@ -169,6 +171,7 @@ impl Entry {
             command: None,
             is_volatile: false,
             veto: None,
+            is_local: false,
         }
     }
 
@@ -230,6 +233,13 @@ impl Object {
     #[must_use]
     pub fn array(index: u16, name: impl Into<String>, members: Vec<Entry>) -> Self {
         Self::compound(index, name.into(), ObjectKind::Array, members)
+    }
+
+    /// The same object as one that is not on CANopen, see [`Entry::is_local`].
+    #[must_use]
+    pub fn local(mut self) -> Self {
+        self.entries.iter_mut().for_each(|entry| entry.is_local = true);
+        self
     }
 
     fn compound(index: u16, name: String, kind: ObjectKind, members: Vec<Entry>) -> Self {

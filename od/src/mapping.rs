@@ -63,7 +63,7 @@ impl Mapping {
         if address.index < 0x1000 {
             return dummy(direction, address, width);
         }
-        let slot = schema.slot(address).ok_or(AbortCode::NoObject)?;
+        let slot = schema.find(address).map_err(|_| AbortCode::NoObject)?;
         let entry = schema.entry(slot).ok_or(AbortCode::NoObject)?;
         let allowed = match direction {
             Direction::Receive => entry.mappable.receive(),

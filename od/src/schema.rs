@@ -4,7 +4,9 @@ use core::ops::Range as Span;
 
 use thiserror::Error;
 
-use crate::{Access, Address, DataType, Entry, Initial, Object, ObjectKind, Range, Slot, Value, Veto};
+use crate::{
+    AbortCode, Access, Address, DataType, Entry, Initial, Object, ObjectKind, Range, Slot, Value, Veto,
+};
 
 /// The objects of a device kind: sorted, checked, immutable.
 #[derive(Clone, Debug, Default)]
@@ -80,16 +82,32 @@ impl Schema {
         }
     }
 
-    /// Where the entry at `address` is kept.
+    /// Where the entry at `address` is kept, as CANopen finds it: local entries do not exist for it.
+    ///
+    /// # Errors
+    /// [`AbortCode::NoObject`] or [`AbortCode::NoSubIndex`].
+    pub fn find(&self, address: Address) -> Result<Slot, AbortCode> {
+        match self.slot(address) {
+            Some(slot) if self.entry(slot).is_some_and(|entry| !entry.is_local) => Ok(slot),
+            Some(_) => Err(AbortCode::NoObject),
+            None if self.has_object(address.index) => Err(AbortCode::NoSubIndex),
+            None => Err(AbortCode::NoObject),
+        }
+    }
+
+    /// Where the entry at `address` is kept, local ones included.
     #[must_use]
     pub fn slot(&self, address: Address) -> Option<Slot> {
         self.addresses.binary_search(&address).ok().and_then(Slot::from_position)
     }
 
-    /// Whether any object has this index.
+    /// Whether any object that is not local has this index.
     #[must_use]
     pub fn has_object(&self, index: u16) -> bool {
-        self.objects.binary_search_by_key(&index, |o| o.index).is_ok()
+        let object = self.objects.binary_search_by_key(&index, |o| o.index).ok();
+        let header = object.and_then(|position| self.objects.get(position));
+        let first = header.and_then(|header| self.entries.get(header.slots.start));
+        first.is_some_and(|entry| !entry.is_local)
     }
 
     /// The entry kept at `slot`.
@@ -146,6 +164,9 @@ fn check_object(object: &Object, errors: &mut Vec<SchemaError>) {
         ObjectKind::Array if !is_homogeneous(object) => find(1, "all entries of an ARRAY have one type"),
         ObjectKind::Var | ObjectKind::Array | ObjectKind::Record => {}
     }
+    if object.entries.iter().zip(object.entries.iter().skip(1)).any(|(a, b)| a.is_local != b.is_local) {
+        find(0, "all entries of an object are local or none is");
+    }
     for entry in &object.entries {
         for reason in entry_faults(entry) {
             errors.push(error(index, entry.sub, reason));
@@ -168,6 +189,9 @@ fn entry_faults(entry: &Entry) -> Vec<String> {
     }
     if entry.mappable != crate::Mappable::No && entry.data_type.bits().is_none() {
         faults.push(format!("a {} cannot be mapped into a PDO", entry.data_type));
+    }
+    if entry.is_local && entry.mappable != crate::Mappable::No {
+        faults.push("a local entry cannot be mapped into a PDO".into());
     }
     if entry.mappable.receive() && !entry.access.is_writable() {
         faults.push("an entry that a bus may not write cannot be mapped into an RPDO".into());

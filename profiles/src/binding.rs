@@ -293,10 +293,6 @@ bindings! {
     JvlInputSetup = "jvl_input_setup",
     /// JVL 0x2011:08: setup of the module.
     JvlSetup = "jvl_setup",
-    /// JVL motor register P_IST: actual position.
-    JvlPIst = "jvl_p_ist",
-    /// JVL motor register V_IST: actual velocity in counts per sample.
-    JvlVIst = "jvl_v_ist",
 }
 
 /// A name that no behaviour has.

@@ -119,6 +119,7 @@ impl Device {
     /// Acts on what buses have written. Parameters act before the controlword of the same batch.
     pub fn apply(&mut self, now: Instant) {
         while let Some(slot) = self.dictionary.take_written() {
+            self.profile.registers.normalise(&mut self.dictionary, slot);
             let Ok(position) = self.bound.binary_search_by_key(&slot, |(bound, ..)| *bound) else { continue };
             let Some((_, axis, binding)) = self.bound.get(position) else { continue };
             if let Some(unit) = self.units.get_mut(usize::from(*axis)) {
@@ -162,6 +163,7 @@ impl Device {
     /// coast.
     pub fn reset(&mut self, now: Instant) {
         self.dictionary.reset();
+        self.profile.registers.refresh(&mut self.dictionary);
         self.events.clear();
         for unit in &mut self.units {
             unit.reset(&mut self.dictionary, now);

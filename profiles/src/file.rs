@@ -6,16 +6,18 @@ use std::sync::Arc;
 use od::{Address, Object, Schema, SchemaError};
 
 use crate::profile::Dialect;
-use crate::{Diagnostics, Profile, Report, Span};
+use crate::{Diagnostics, Profile, RegisterFile, Report, Span};
 
 mod default;
 mod motors;
 mod object;
 mod pdo;
 pub mod reader;
+pub(crate) mod registers;
 
 use object::Objects;
 use reader::{Document, Node, Table};
+use registers::Lists;
 
 /// Objects below this index belong to the bus, the others to the device (CiA 301 v4.2, table 40).
 const FIRST_OF_APPLICATION: u16 = 0x2000;
@@ -37,7 +39,7 @@ fn read(mut file: Table<'_, '_>, motor: Option<&str>) -> Option<Profile> {
     let motors = motors::read(&mut file, motor);
 
     let chosen = motors.as_ref().and_then(|motors| motors.chosen.as_ref());
-    let mut objects = Objects::default();
+    let mut objects = Objects::new(Lists::read(&mut file, chosen));
     for node in file.get::<Vec<Node>>("object").unwrap_or_default() {
         objects.read(node, chosen, file.report);
     }
@@ -50,9 +52,12 @@ fn read(mut file: Table<'_, '_>, motor: Option<&str>) -> Option<Profile> {
     let (application, communication) = objects.list.into_iter().partition(is_of_application);
     let communication = schema(communication, &objects.spans, file.report);
     let application = schema(application, &objects.spans, file.report);
+    let lists = objects.lists;
+    application.iter().for_each(|schema| lists.check_places(schema, &mut file));
     file.finish();
 
-    let motors = motors?;
+    let (motors, application) = (motors?, application?);
+    let registers = RegisterFile::new(&application, lists.motor.as_ref(), lists.module.as_ref());
     Some(Profile {
         name: name?.to_owned(),
         description: description?.to_owned(),
@@ -60,7 +65,10 @@ fn read(mut file: Table<'_, '_>, motor: Option<&str>) -> Option<Profile> {
         product: product?.to_owned(),
         dialect: dialect.unwrap_or_default(),
         communication: Arc::new(communication?),
-        application: Arc::new(application?),
+        application: Arc::new(application),
+        motor_registers: lists.motor.map(Arc::new),
+        module_registers: lists.module.map(Arc::new),
+        registers: Arc::new(registers),
         bindings: objects.bindings,
         later: objects.later,
         motor: motors.chosen,

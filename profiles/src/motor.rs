@@ -17,4 +17,20 @@ pub struct Motor {
     pub peak_torque_factor: f64,
     /// Inertia of the rotor in kg·m², more than zero.
     pub rotor_inertia_kg_m2: f64,
+    /// How it is driven.
+    pub kind: MotorKind,
+    /// The number by which its register list calls it, zero if that has none.
+    pub type_code: u32,
+    /// Name of its register list, if it has registers.
+    pub registers: Option<String>,
+}
+
+/// How a motor is driven.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MotorKind {
+    /// In a closed loop of current, velocity and position.
+    #[default]
+    Servo,
+    /// By pulses.
+    Stepper,
 }

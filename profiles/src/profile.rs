@@ -7,7 +7,7 @@ use od::{AbortCode, Address, DataType, Initial, Schema, Value, Veto, eds};
 
 use crate::cia402::units::factors;
 use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
-use crate::{Binding, Diagnostics, Mode, Motor, file};
+use crate::{Binding, Diagnostics, Mode, Motor, Register, RegisterFile, RegisterList, Space, file};
 
 /// Who a device says it is (0x1018; CiA 301 v4.2, section 7.5.2.21); what is `None` stays as its profile has it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,6 +43,12 @@ pub struct Profile {
     pub bindings: Vec<Bound>,
     /// What is only stored so far, in the order of the file.
     pub later: Vec<Later>,
+    /// The registers of the motor, if it has any.
+    pub motor_registers: Option<Arc<RegisterList>>,
+    /// The registers of the module, if it has any.
+    pub module_registers: Option<Arc<RegisterList>>,
+    /// The way to both in a dictionary of the application.
+    pub registers: Arc<RegisterFile>,
     /// The chosen motor, the same on every axis; none if there are no axes.
     pub motor: Option<Motor>,
     /// Names of all motors there are to choose from, sorted.
@@ -152,6 +158,17 @@ impl Profile {
             }
         }
         self.with_sheet()
+    }
+
+    /// The register `number` of motor or module, for a bus that numbers what it carries; `None` if there is no such
+    /// number. One without a place reads zero and ignores what is written.
+    #[must_use]
+    pub fn register(&self, space: Space, number: u16) -> Option<&Register> {
+        let list = match space {
+            Space::Motor => self.motor_registers.as_deref(),
+            Space::Module => self.module_registers.as_deref(),
+        };
+        list?.get(number)
     }
 
     /// How many axes the device has, 0-8.

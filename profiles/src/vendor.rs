@@ -8,7 +8,7 @@ use od::{Dictionary, Slot};
 use crate::cia402::units::Units;
 use crate::cia402::{Context, Drive402, SetPoints, View};
 use crate::slots::{Parameters, Slots};
-use crate::{Binding, Dialect, Motor, jvl};
+use crate::{Binding, Dialect, Motor, RegisterFile, Role, jvl};
 
 /// The vocabulary of one axis.
 #[derive(Debug)]
@@ -23,6 +23,7 @@ pub(crate) enum Vendor {
 pub(crate) struct Scope<'a> {
     pub(crate) dictionary: &'a mut Dictionary,
     pub(crate) slots: &'a Slots,
+    pub(crate) registers: &'a RegisterFile,
     pub(crate) units: &'a Units,
     pub(crate) axis: &'a mut Axis,
     pub(crate) drive: &'a mut Drive402,
@@ -61,6 +62,11 @@ impl Scope<'_> {
     /// Shows `value` at `binding`, if this device has it.
     pub(crate) fn show(&mut self, binding: Binding, value: i64) {
         self.slots.show(self.dictionary, binding, value);
+    }
+
+    /// Shows `value` in the register with this role, if this device has it.
+    pub(crate) fn show_register(&mut self, role: Role, value: i32) {
+        self.registers.show(self.dictionary, role, value);
     }
 }
 

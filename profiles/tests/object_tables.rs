@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use od::{Access, Address, DataType, Entry, Initial, Mappable, Range, Schema, Value};
-use profiles::Profile;
+use profiles::{Profile, Register};
 
 fn table(profile: &Profile) -> String {
     let mut text = format!(
@@ -81,8 +81,18 @@ fn behaviour(profile: &Profile, address: Address) -> String {
     if let Some(bound) = profile.bindings.iter().find(|b| b.address == address) {
         return format!("`{}`", bound.binding);
     }
+    if let Some(register) = register_at(profile, address) {
+        let role = register.role.map_or(String::new(), |role| format!(" `{role}`"));
+        return format!("{} register{role}", register.format.name());
+    }
     let later = profile.later.iter().find(|l| l.index == address.index && l.subs.contains(&address.sub));
     later.map_or(String::new(), |l| format!("*later*: {}", l.what))
+}
+
+/// The register that the entry at `address` holds.
+fn register_at(profile: &Profile, address: Address) -> Option<&Register> {
+    let lists = [&profile.motor_registers, &profile.module_registers].into_iter().flatten();
+    lists.flat_map(|list| &list.registers).find(|register| register.place == Some(address))
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 mod show;
 
+use std::sync::Arc;
+
 use core::time::Duration;
 
 use axis::{Axis, Period, ServoConfig, SimulatedServo, Voltage};
@@ -13,7 +15,7 @@ use crate::cia402::{Context, Drive402, Fault, SetPoints};
 use crate::raster::Alignment;
 use crate::slots::{Parameters, Slots};
 use crate::vendor::{Scope, Vendor};
-use crate::{Binding, Dialect, Motor, Profile};
+use crate::{Binding, Dialect, Motor, Profile, RegisterFile};
 
 /// Simulated time that one call of [`Unit::advance`] catches up at most.
 const MAX_CATCH_UP: Duration = Duration::from_millis(20);
@@ -45,6 +47,7 @@ impl Written {
 /// One axis with its drive and its place in the dictionary.
 pub(super) struct Unit {
     pub(super) slots: Slots,
+    registers: Arc<RegisterFile>,
     pub(super) units: Units,
     position_factor: PositionFactor,
     dialect: Dialect,
@@ -89,6 +92,7 @@ impl Unit {
         let drive = SimulatedServo::new(period, servo);
         Self {
             slots: Slots::new(schema, &profile.bindings, axis),
+            registers: Arc::clone(&profile.registers),
             units: Units::default(),
             position_factor: PositionFactor::default(),
             dialect: profile.dialect,
@@ -220,6 +224,7 @@ impl Unit {
         let scope = Scope {
             dictionary,
             slots: &self.slots,
+            registers: &self.registers,
             units: &self.units,
             axis: &mut self.axis,
             drive: &mut self.drive,

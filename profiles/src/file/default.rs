@@ -119,11 +119,12 @@ pub(super) fn number(text: &str) -> Option<u32> {
 }
 
 fn motor_datum(text: &str, span: &Span, report: &mut Report) -> Option<fn(&Motor) -> u32> {
-    const KNOWN: [&str; 3] = ["counts_per_revolution", "max_speed_rpm", "rated_torque_mnm"];
+    const KNOWN: [&str; 4] = ["counts_per_revolution", "max_speed_rpm", "rated_torque_mnm", "type_code"];
     match text.strip_prefix(MOTOR) {
         Some("counts_per_revolution") => Some(|motor| motor.counts_per_revolution),
         Some("max_speed_rpm") => Some(|motor| motor.max_speed_rpm),
         Some("rated_torque_mnm") => Some(|motor| (motor.rated_torque_nm * 1000.0).round() as u32),
+        Some("type_code") => Some(|motor| motor.type_code),
         other => {
             report.unknown(span, "motor datum", other.unwrap_or(text), KNOWN);
             None

@@ -1,7 +1,7 @@
 //! The motors of a profile file: `[motors.<name>]` tables and `default_motor`. A device without axes has none.
 
 use super::reader::{Node, Spanned, Table};
-use crate::{Motor, Report};
+use crate::{Motor, MotorKind, RegisterList, Report};
 
 /// The chosen motor and the names of all.
 pub(super) struct Motors {
@@ -54,6 +54,9 @@ fn motor(name: &str, node: Node<'_>, report: &mut Report) -> Option<Motor> {
     let rated_torque_nm = table.require_in("rated_torque_nm", 1e-6..=1e6);
     let peak_torque_factor = table.require_in("peak_torque_factor", 1.0..=100.0);
     let rotor_inertia_kg_m2 = table.require_in("rotor_inertia_kg_m2", 1e-12..=1e6);
+    let kind = table.word("kind", kind, ["servo", "stepper"]).map(Spanned::into_inner);
+    let type_code = table.get("type_code").unwrap_or(0);
+    let registers = registers(&mut table);
     table.finish();
     Some(Motor {
         name: name.to_owned(),
@@ -63,5 +66,22 @@ fn motor(name: &str, node: Node<'_>, report: &mut Report) -> Option<Motor> {
         rated_torque_nm: rated_torque_nm?,
         peak_torque_factor: peak_torque_factor?,
         rotor_inertia_kg_m2: rotor_inertia_kg_m2?,
+        kind: kind.unwrap_or_default(),
+        type_code,
+        registers,
     })
+}
+
+fn kind(word: &str) -> Option<MotorKind> {
+    match word {
+        "servo" => Some(MotorKind::Servo),
+        "stepper" => Some(MotorKind::Stepper),
+        _ => None,
+    }
+}
+
+/// The name of the register list, which must be one that comes with the program.
+fn registers(table: &mut Table<'_, '_>) -> Option<String> {
+    let known = |name: &str| RegisterList::text(name).map(|_| name.to_owned());
+    table.word("registers", known, RegisterList::names()).map(Spanned::into_inner)
 }

@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use od::{Access, Address, DataType, Entry, Initial, Mappable, Object, Schema, Value};
 
 use super::reader::{Node, Scalar, Spanned, Table};
+use super::registers::{Group, Lists};
 use super::{FIRST_OF_APPLICATION, default};
 use crate::profile::{Bound, Later};
 use crate::{Binding, Motor, Report, Span};
@@ -25,10 +26,17 @@ pub(super) struct Objects {
     pub(super) later: Vec<Later>,
     /// Whether some entry is bound to an axis or starts with a datum of its motor.
     pub(super) wants_motor: bool,
+    /// The registers of the motor and of the module.
+    pub(super) lists: Lists,
     entries: usize,
 }
 
 impl Objects {
+    /// No objects yet. Those that show registers find them in `lists`.
+    pub(super) fn new(lists: Lists) -> Self {
+        Self { lists, ..Self::default() }
+    }
+
     /// Reads one object.
     pub(super) fn read(&mut self, node: Node<'_>, motor: Option<&Motor>, report: &mut Report) {
         let mut table = node.open(report);
@@ -40,6 +48,10 @@ impl Objects {
         let count = table.get::<Node>("count");
         let names = table.get::<Vec<&str>>("names").unwrap_or_default();
         let entries = table.get::<Vec<Node>>("entries");
+        let is_local = table.get::<bool>("local").unwrap_or(false);
+        if table.has("registers") {
+            return self.read_registers(table, &common, is_local);
+        }
         let is_var = length.is_none() && entries.is_none();
         if is_var {
             refuse(&mut table, &["member", "count", "names"], "only an object with members has this");
@@ -51,7 +63,8 @@ impl Objects {
         if is_var {
             builder.add(0, name, &common, &span, table.report);
             let entry = builder.members.pop();
-            entry.into_iter().for_each(|entry| self.push(Object::var(index, entry), span.clone()));
+            let object = entry.map(|entry| visible(Object::var(index, entry), is_local));
+            object.into_iter().for_each(|object| self.push(object, span.clone()));
             return table.finish();
         }
         for node in entries.unwrap_or_default() {
@@ -68,7 +81,39 @@ impl Objects {
         if let (Some(node), Some(first)) = (count, object.entries.first_mut()) {
             read_count(node, index, first, table.report);
         }
-        self.push(object, span);
+        self.push(visible(object, is_local), span);
+        table.finish();
+    }
+
+    /// Reads an object whose members are registers.
+    fn read_registers(&mut self, mut table: Table<'_, '_>, common: &Attributes<'_>, is_local: bool) {
+        let (index, name) = (table.get::<u16>("index"), table.get::<&str>("name"));
+        let group = table.word("registers", Group::from_name, Group::NAMES).map(Spanned::into_inner);
+        let span = table.span();
+        refuse(
+            &mut table,
+            &["array", "entries", "member", "count", "names"],
+            "the registers are the members",
+        );
+        let (Some(index), Some(name), Some(group)) = (index, name, group) else { return table.finish() };
+        self.wants_motor |= group != Group::Module;
+        match self.lists.members(group, index, common.pdo.unwrap_or_default()) {
+            Some(members) if members.is_empty() => {}
+            Some(members) => {
+                self.entries += members.len();
+                let mut object = Object::array(index, name, members);
+                if let (Some(initial), Some(count)) =
+                    (self.lists.count(group, index), object.entries.first_mut())
+                {
+                    count.initial = initial;
+                }
+                self.push(visible(object, is_local), span);
+            }
+            None => {
+                let help = "add `registers = ` to the motor, `module_registers = ` at the head".to_owned();
+                table.report.error(&table.key_span("registers"), "there is no register list", help);
+            }
+        }
         table.finish();
     }
 
@@ -83,6 +128,10 @@ impl Objects {
         let mut objects = self.list.iter().filter(|o| o.index == address.index);
         objects.find_map(|o| o.entries.iter().find(|e| e.sub == address.sub))
     }
+}
+
+fn visible(object: Object, is_local: bool) -> Object {
+    if is_local { object.local() } else { object }
 }
 
 fn array_length(table: &mut Table<'_, '_>) -> Option<u8> {
@@ -184,7 +233,7 @@ impl<'d> Attributes<'d> {
     }
 }
 
-fn access(table: &mut Table<'_, '_>) -> Option<Access> {
+pub(super) fn access(table: &mut Table<'_, '_>) -> Option<Access> {
     const ALL: [Access; 4] = [Access::Const, Access::ReadOnly, Access::ReadWrite, Access::WriteOnly];
     let parse = |word: &str| ALL.into_iter().find(|access| access.name() == word);
     table.word("access", parse, ALL.map(Access::name)).map(Spanned::into_inner)

@@ -222,7 +222,7 @@ fn field(
 }
 
 /// The entry that `0x6040:00` stands for.
-fn address(text: &str) -> Option<Address> {
+pub(super) fn address(text: &str) -> Option<Address> {
     let (index, sub) = text.strip_prefix("0x")?.split_once(':')?;
     let is_hex = |digits: &str| digits.bytes().all(|c| c.is_ascii_hexdigit());
     let address = Address::new(u16::from_str_radix(index, 16).ok()?, u8::from_str_radix(sub, 16).ok()?);

@@ -7,7 +7,7 @@ use crate::cia402::units;
 use crate::cia402::{Drive402, View};
 use crate::slots::Parameters;
 use crate::vendor::Scope;
-use crate::{Binding, Fault, State, Statusword};
+use crate::{Binding, Fault, Role, State, Statusword};
 
 /// The module of one axis.
 #[derive(Debug, Default)]
@@ -42,8 +42,8 @@ impl Module {
         scope.show(Binding::JvlMotorStatus, i64::from(motor_status.bits()));
         scope.show(Binding::JvlInputs, i64::from(inputs));
         scope.show(Binding::JvlAnalogInput, i64::from(analog_input(scope.analog_input)));
-        scope.show(Binding::JvlPIst, units::counter(actual.position));
-        scope.show(Binding::JvlVIst, units::whole(per_sample));
+        scope.show_register(Role::PIst, units::counter(actual.position) as i32);
+        scope.show_register(Role::VIst, units::whole(per_sample) as i32);
     }
 }
 

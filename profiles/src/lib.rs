@@ -33,4 +33,4 @@ pub use file::reader;
 pub use motor::{Motor, MotorKind};
 pub use plant::{INPUT_WORDS, NoiseSetup, PlantFault, PlantSetup, Repair, SupplySetup, UnknownFault};
 pub use profile::{Bound, Dialect, Identity, Later, Profile};
-pub use register::{Format, Register, RegisterFile, RegisterList, Role, Space, UnknownRole};
+pub use register::{Behind, Format, Register, RegisterFile, RegisterList, Role, Space, UnknownRole};

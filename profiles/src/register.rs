@@ -8,5 +8,5 @@ mod list;
 mod role;
 
 pub use file::RegisterFile;
-pub use list::{Format, Register, RegisterList, Space};
+pub use list::{Behind, Format, Register, RegisterList, Space};
 pub use role::{Role, UnknownRole};

@@ -3,10 +3,37 @@
 use od::{DataType, Initial, Range, Value};
 
 use super::reader::{Scalar, Spanned};
-use crate::{Motor, Report, Span};
+use crate::{Motor, Register, RegisterList, Report, Role, Span, UnknownRole};
 
 /// What a default begins with that is a datum of the motor.
 const MOTOR: &str = "$MOTOR.";
+
+/// What begins with this is a motor register by its role, or by the first of several that the motor has:
+/// `$REGISTER.vf_out|err_stat`.
+pub(super) const REGISTER: &str = "$REGISTER.";
+
+/// The register among `registers` that `text` means; `None` if there is none, which is reported.
+pub(super) fn register<'l>(
+    text: &str,
+    span: &Span,
+    registers: &'l RegisterList,
+    report: &mut Report,
+) -> Option<&'l Register> {
+    let mut found = None;
+    for name in text.strip_prefix(REGISTER).unwrap_or(text).split('|') {
+        match name.parse::<Role>() {
+            Ok(role) => found = found.or_else(|| registers.with_role(role)),
+            Err(UnknownRole) => {
+                report.unknown(span, "register", name, Role::ALL.iter().map(|role| role.name()));
+                return None;
+            }
+        }
+    }
+    if found.is_none() {
+        report.error(span, format!("`{}` has no register `{text}`", registers.name), None);
+    }
+    found
+}
 
 /// Whether the default is a datum of the motor.
 pub(super) fn is_motor_datum(default: Scalar<'_>) -> bool {

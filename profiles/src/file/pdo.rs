@@ -189,7 +189,11 @@ fn field(
     objects: &Objects,
     report: &mut Report,
 ) -> Option<(Address, u8)> {
-    let Some(address) = address(text) else {
+    let address = if text.starts_with(default::REGISTER) {
+        default::register(text, span, objects.lists.motor.as_ref()?, report)?.place?
+    } else if let Some(address) = address(text) {
+        address
+    } else {
         let help = "write index and sub-index in hexadecimal, such as `0x6040:00`".to_owned();
         report.error(span, format!("`{text}` is no entry"), help);
         return None;

@@ -3,33 +3,33 @@
 //! `type` stands at the head for all registers that do not say otherwise. `words = 16` at the head says that a
 //! register of 32 bits takes two numbers. Numbers that are not listed are reserved.
 
-use od::{Access, Address, DataType, Entry, Initial, Mappable, Schema};
+use od::{Access, Address, DataType, Entry, Initial, Mappable, Schema, Value};
 
 use super::default;
 use super::object;
 use super::reader::{Document, Node, Scalar, Spanned, Table};
-use crate::register::{Format, Register, RegisterList, Role};
+use crate::register::{Behind, Format, Register, RegisterList, Role};
 use crate::{Diagnostics, Motor, Report, Span};
 
 /// Highest number that a list may have: 254 extended registers beyond those of a byte.
 const HIGHEST_NUMBER: u16 = 509;
 
 /// See [`RegisterList::parse`].
-pub(crate) fn parse(file: &str, text: &str, motor: Option<&Motor>) -> Result<RegisterList, Diagnostics> {
+pub(crate) fn parse(file: &str, text: &str, behind: Behind<'_>) -> Result<RegisterList, Diagnostics> {
     let mut report = Report::default();
     let document = Document::parse(text, &mut report);
-    let list = document.and_then(|document| read(document.root(&mut report), motor));
+    let list = document.and_then(|document| read(document.root(&mut report), behind));
     report.conclude(file, text, list)
 }
 
-fn read(mut file: Table<'_, '_>, motor: Option<&Motor>) -> Option<RegisterList> {
+fn read(mut file: Table<'_, '_>, behind: Behind<'_>) -> Option<RegisterList> {
     let name = file.require::<&str>("name");
     let description = file.require::<&str>("description");
     let last = file.require_in("last", 1..=HIGHEST_NUMBER);
     let common = format(&mut file);
     let words = file.require_in("words", 16..=32_u8).unwrap_or(32);
     let mut builder = Builder {
-        motor,
+        behind,
         common,
         takes_two: words == 16,
         registers: (0..=last.unwrap_or(HIGHEST_NUMBER)).map(Register::reserved).collect(),
@@ -46,8 +46,8 @@ fn format(table: &mut Table<'_, '_>) -> Option<Format> {
     table.word("type", Format::from_name, ["I16", "U16", "I32", "U32"]).map(Spanned::into_inner)
 }
 
-struct Builder<'m> {
-    motor: Option<&'m Motor>,
+struct Builder<'b> {
+    behind: Behind<'b>,
     /// Format of the registers that do not say otherwise.
     common: Option<Format>,
     /// A register of 32 bits takes two numbers.
@@ -101,13 +101,22 @@ impl Builder<'_> {
             place,
             ..Register::reserved(0)
         };
-        if let Some(default) = default
-            && let Some(initial) = default::initial(format.data_type(), &default, self.motor, table.report)
-        {
+        if let Some(initial) = default.and_then(|default| self.initial(format, &default, table.report)) {
             register.initial = format.widened(initial);
         }
         register.range = range.and_then(|range| documented_range(format, &range, table.report));
         Some(register)
+    }
+
+    fn initial(&self, format: Format, default: &Spanned<Scalar<'_>>, report: &mut Report) -> Option<Initial> {
+        match default.get_ref() {
+            Scalar::Text(text) if text.starts_with(default::REGISTER) => {
+                let registers = self.behind.registers?;
+                let register = default::register(text, &default.span(), registers, report)?;
+                Some(Initial::Value(Value::Fixed(register.number.into())))
+            }
+            _ => default::initial(format.data_type(), default, self.behind.motor, report),
+        }
     }
 
     fn role(&self, table: &mut Table<'_, '_>) -> Option<Role> {
@@ -207,11 +216,12 @@ impl Lists {
     pub(super) fn read(file: &mut Table<'_, '_>, motor: Option<&Motor>) -> Self {
         let known = |name: &str| RegisterList::text(name).map(|_| name.to_owned());
         let module = file.word("module_registers", known, RegisterList::names());
-        let of_motor = motor.and_then(|motor| motor.registers.as_deref());
-        Self {
-            motor: of_motor.and_then(|name| embedded(name, motor, &file.key_span("motors"), file.report)),
-            module: module.and_then(|name| embedded(name.get_ref(), motor, &name.span(), file.report)),
-        }
+        let name = motor.and_then(|motor| motor.registers.as_deref());
+        let behind = Behind { motor, registers: None };
+        let motor = name.and_then(|name| embedded(name, behind, &file.key_span("motors"), file.report));
+        let behind = Behind { registers: motor.as_ref(), ..behind };
+        let module = module.and_then(|name| embedded(name.get_ref(), behind, &name.span(), file.report));
+        Self { motor, module }
     }
 
     /// Reports the registers that show an entry which is not there.
@@ -252,8 +262,8 @@ impl Lists {
 }
 
 /// A list that comes with the program. What is wrong with it is told at `span`.
-fn embedded(name: &str, motor: Option<&Motor>, span: &Span, report: &mut Report) -> Option<RegisterList> {
-    let read = RegisterList::embedded(name, motor)?;
+fn embedded(name: &str, behind: Behind<'_>, span: &Span, report: &mut Report) -> Option<RegisterList> {
+    let read = RegisterList::embedded(name, behind)?;
     read.map_err(|wrong| report.error(span, wrong.to_string(), None)).ok()
 }
 

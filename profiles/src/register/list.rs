@@ -2,6 +2,7 @@
 
 use od::{Access, Address, DataType, Initial};
 
+use super::Role;
 use crate::{Diagnostics, Motor, file};
 
 /// Which numbers are meant: those of the motor or those of its module.
@@ -22,6 +23,15 @@ pub struct RegisterList {
     pub description: String,
     /// Every register from number zero on; numbers that are not listed are reserved.
     pub registers: Vec<Register>,
+}
+
+/// The motor that a list is read for. Where nothing is known of it, defaults that depend on it are zero.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Behind<'b> {
+    /// The motor.
+    pub motor: Option<&'b Motor>,
+    /// Its registers, for the list of its module.
+    pub registers: Option<&'b RegisterList>,
 }
 
 /// One register.
@@ -51,8 +61,6 @@ pub struct Register {
     pub place: Option<Address>,
 }
 
-use super::Role;
-
 /// How a register holds its value. A bus carries every register as 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
@@ -71,18 +79,18 @@ pub enum Format {
 }
 
 impl RegisterList {
-    /// Reads the list `text`, which diagnostics call `file`, for `motor`, whose data may be defaults.
+    /// Reads the list `text`, which diagnostics call `file`. Defaults may be data or register numbers of `behind`.
     ///
     /// # Errors
     /// Everything that is wrong with the list.
-    pub fn parse(file: &str, text: &str, motor: Option<&Motor>) -> Result<Self, Diagnostics> {
-        file::registers::parse(file, text, motor)
+    pub fn parse(file: &str, text: &str, behind: Behind<'_>) -> Result<Self, Diagnostics> {
+        file::registers::parse(file, text, behind)
     }
 
-    /// The list `name` that comes with the program, for `motor`; `None` if there is no such list.
+    /// The list `name` that comes with the program; `None` if there is no such list.
     #[must_use]
-    pub fn embedded(name: &str, motor: Option<&Motor>) -> Option<Result<Self, Diagnostics>> {
-        Some(Self::parse(&format!("registers/{name}.toml"), Self::text(name)?, motor))
+    pub fn embedded(name: &str, behind: Behind<'_>) -> Option<Result<Self, Diagnostics>> {
+        Some(Self::parse(&format!("registers/{name}.toml"), Self::text(name)?, behind))
     }
 
     /// The text of the list `name` that comes with the program; `None` if there is no such list.
@@ -217,4 +225,9 @@ impl Format {
 }
 
 /// The lists that come with the program: name and text.
-const SHIPPED: [(&str, &str); 1] = [("mac050-141", include_str!("../../devices/registers/mac050-141.toml"))];
+const SHIPPED: [(&str, &str); 4] = [
+    ("mac050-141", include_str!("../../devices/registers/mac050-141.toml")),
+    ("mac400-3000", include_str!("../../devices/registers/mac400-3000.toml")),
+    ("mis34x", include_str!("../../devices/registers/mis34x.toml")),
+    ("module", include_str!("../../devices/registers/module.toml")),
+];

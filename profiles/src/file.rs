@@ -8,6 +8,7 @@ use od::{Address, Object, Schema, SchemaError};
 use crate::profile::Dialect;
 use crate::{Diagnostics, Profile, RegisterFile, Report, Span};
 
+mod base;
 mod default;
 mod motors;
 mod object;
@@ -25,7 +26,8 @@ const FIRST_OF_APPLICATION: u16 = 0x2000;
 /// See [`Profile::parse`].
 pub(crate) fn parse(file: &str, text: &str, motor: Option<&str>) -> Result<Profile, Diagnostics> {
     let mut report = Report::default();
-    let document = Document::parse(text, &mut report);
+    let mut document = Document::parse(text, &mut report);
+    document.iter_mut().for_each(|document| base::extend(document, &mut report));
     let profile = document.and_then(|document| read(document.root(&mut report), motor));
     report.conclude(file, text, profile)
 }

@@ -7,7 +7,7 @@ use od::{AbortCode, Address, DataType, Initial, Schema, Value, Veto, eds};
 
 use crate::cia402::units::factors;
 use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
-use crate::{Binding, Diagnostics, Mode, Motor, Register, RegisterFile, RegisterList, Space, file};
+use crate::{Binding, Diagnostics, Mode, Motor, Register, RegisterFile, RegisterList, Role, Space, file};
 
 /// Who a device says it is (0x1018; CiA 301 v4.2, section 7.5.2.21); what is `None` stays as its profile has it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -92,10 +92,12 @@ pub enum Dialect {
 }
 
 /// The profiles that come with the program: name and text.
-const SHIPPED: [(&str, &str); 3] = [
+const SHIPPED: [(&str, &str); 5] = [
     ("canopen-reference", include_str!("../devices/canopen-reference.toml")),
     ("cia402-servo", include_str!("../devices/cia402-servo.toml")),
+    ("jvl-mac00-fc2", include_str!("../devices/jvl-mac00-fc2.toml")),
     ("jvl-mac00-fc4", include_str!("../devices/jvl-mac00-fc4.toml")),
+    ("jvl-mis34x", include_str!("../devices/jvl-mis34x.toml")),
 ];
 
 impl Profile {
@@ -157,7 +159,21 @@ impl Profile {
                 Arc::make_mut(&mut self.communication).set_initial(Address::new(0x1018, sub), value);
             }
         }
+        if let Some(serial) = serial {
+            self.number_registers(serial);
+        }
         self.with_sheet()
+    }
+
+    /// Gives the registers of motor and module that tell it the serial number.
+    fn number_registers(&mut self, serial: u32) {
+        let lists = [&self.motor_registers, &self.module_registers].into_iter().flatten();
+        let registers = lists.flat_map(|list| {
+            [Role::SerialNumber, Role::ModuleSerial].into_iter().filter_map(|role| list.with_role(role))
+        });
+        for place in registers.filter_map(|register| register.place) {
+            Arc::make_mut(&mut self.application).set_initial(place, Value::Fixed(serial.into()));
+        }
     }
 
     /// The register `number` of motor or module, for a bus that numbers what it carries; `None` if there is no such

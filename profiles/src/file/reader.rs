@@ -22,7 +22,17 @@ impl<'t> Document<'t> {
         parsed.map(Self).map_err(|e| report.error(&e.span().unwrap_or_default(), e.message(), None)).ok()
     }
 
+    /// The table of the whole document, to be changed.
+    pub(crate) fn entries_mut(&mut self) -> &mut DeTable<'t> {
+        self.0.get_mut()
+    }
+
     /// The table of the whole document.
+    pub(crate) fn into_entries(self) -> DeTable<'t> {
+        self.0.into_inner()
+    }
+
+    /// The table of the whole document, to be read.
     pub fn root<'r, 'd>(&'d self, report: &'r mut Report) -> Table<'r, 'd> {
         Node { entries: self.0.get_ref(), span: 0..0 }.open(report)
     }

@@ -37,11 +37,14 @@ impl Module {
     pub(crate) fn show(&self, scope: &mut Scope<'_>) {
         let motor_status = status(scope.drive, scope.view());
         let inputs = inputs(scope.parameters(), &scope.axis.status().inputs);
+        let limits = i32::from(inputs >> 4 & 0b11);
         let actual = scope.axis.status().actual;
         let per_sample = actual.velocity.0 * scope.axis.period().seconds();
         scope.show(Binding::JvlMotorStatus, i64::from(motor_status.bits()));
         scope.show(Binding::JvlInputs, i64::from(inputs));
         scope.show(Binding::JvlAnalogInput, i64::from(analog_input(scope.analog_input)));
+        scope.show_register(Role::ModuleInputs, i32::from(inputs & 0b1111));
+        scope.show_register(Role::ModuleStatusBits, limits << NEGATIVE_LIMIT_BIT);
         scope.show_register(Role::PIst, units::counter(actual.position) as i32);
         scope.show_register(Role::VIst, units::whole(per_sample) as i32);
     }
@@ -63,6 +66,10 @@ bitflags! {
         const DECELERATION = 1 << 6;
     }
 }
+
+/// Bit of module register 48 that shows the negative limit switch; the positive one is next (Ethernet module manual,
+/// section 8.2.18).
+const NEGATIVE_LIMIT_BIT: u32 = 14;
 
 /// Command of 0x2010 (module manual, section 4.3.4).
 const RESET_LIMIT_ERROR: i64 = 1;

@@ -4,7 +4,7 @@ mod bench;
 
 use axis::{Input, PlantFault, Voltage};
 use bench::Bench;
-use profiles::Profile;
+use profiles::{Profile, Role};
 
 const HIGH: bool = true;
 const LOW: bool = false;
@@ -61,6 +61,24 @@ fn the_inputs_of_jvls_module_have_levels_of_their_own() {
         // Active low: now all others are active.
         bench.batch(&[(0x2011, 6, 0)]).unwrap();
         assert_eq!(bench.get_sub(0x2011, 1), 0b11_0011 & !(1 << bit), "{input:?}");
+    }
+}
+
+/// Ethernet module manual, sections 8.1 (register 47) and 8.2.18 (register 48).
+#[test]
+fn the_module_registers_show_the_same_inputs_and_the_limit_switches_apart() {
+    for (input, inputs, status) in [
+        (Input::Probe1, 0b01, 0),
+        (Input::Probe2, 0b10, 0),
+        (Input::NegativeLimit, 0, 1 << 14),
+        (Input::PositiveLimit, 0, 1 << 15),
+    ] {
+        let mut bench = Bench::new("jvl-mac00-fc4");
+        set_level(&mut bench, input, HIGH);
+        let registers = &bench.device.profile().registers;
+        let register = |role| registers.get(bench.device.dictionary(), role);
+        let shown = (register(Role::ModuleInputs), register(Role::ModuleStatusBits));
+        assert_eq!(shown, (Some(inputs), Some(status)), "{input:?}");
     }
 }
 

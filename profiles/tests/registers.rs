@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use od::{AbortCode, Address, Bus, Data, Dictionary, Instant, Origin, Slot, Write};
-use profiles::{Device, Profile, Role};
+use profiles::{Device, Identity, Profile, Role, Space};
 
 const CAN: Origin = Origin { bus: Bus::CanOpen, link: 0, client: 0 };
 
@@ -154,4 +154,92 @@ fn the_motor_reaches_its_registers_by_number() {
     }
     assert_eq!(registers.read_number(dictionary, 3), Some(0x2_FFFB), "P_SOLL with another high word");
     assert_eq!(registers.read_number(dictionary, 256), None);
+}
+
+/// The slot of a module register, as a bus that numbers registers finds it.
+fn module(device: &Device, number: u16) -> Slot {
+    let place = device.profile().register(Space::Module, number).unwrap().place.unwrap();
+    device.dictionary().schema().slot(place).unwrap()
+}
+
+fn write_module(device: &mut Device, number: u16, raw: u32) -> Result<(), AbortCode> {
+    let write = Write { slot: module(device, number), data: Data::Raw(raw.into()) };
+    device.dictionary_mut().write(CAN, &[write]).map_err(|refusal| refusal.code)?;
+    device.apply(Instant::from_nanos(0));
+    Ok(())
+}
+
+#[test]
+fn module_and_extended_registers_are_not_on_canopen() {
+    let device = device("mac400");
+    for index in [0x2F11, 0x2F13] {
+        for sub in [0, 1, 6, 15, 254] {
+            let found = device.dictionary().find(Address::new(index, sub));
+            assert_eq!(found, Err(AbortCode::NoObject), "{index:04X}:{sub:02X}");
+        }
+        assert!(!device.profile().eds().contains(&format!("{index:04X}")));
+    }
+    assert!(device.profile().eds().contains("[2012subFE]"));
+}
+
+#[test]
+fn another_bus_reads_and_writes_them_by_their_numbers() {
+    let mut device = device("mac400");
+    write_module(&mut device, 6, 0x21).unwrap();
+    assert_eq!(device.dictionary().raw(module(&device, 6)), 0x21);
+    write_module(&mut device, 10, 0xABCD_0023).unwrap();
+    assert_eq!(device.dictionary().raw(module(&device, 10)), 0x23, "the time-out has 16 bits");
+    let registers = Arc::clone(&device.profile().registers);
+    assert_eq!(registers.get(device.dictionary(), Role::ModuleTimeout), Some(35));
+    registers.show_number(device.dictionary_mut(), 509, -2);
+    assert_eq!(registers.read_number(device.dictionary(), 509), Some(-2));
+}
+
+#[test]
+fn one_output_register_has_two_views() {
+    let mut device = device("mac140");
+    assert_eq!(module(&device, 7), device.dictionary().find(Address::new(0x2011, 2)).unwrap());
+    write_module(&mut device, 7, 0b10).unwrap();
+    assert_eq!(device.axes().next().unwrap().outputs, 0b10);
+}
+
+#[test]
+fn the_command_register_is_write_only_and_identity_read_only() {
+    let mut device = device("mac140");
+    assert_eq!(write_module(&mut device, 15, 0x10), Ok(()));
+    assert_eq!(device.dictionary().read(module(&device, 15)).unwrap_err(), AbortCode::WriteOnly);
+    for number in [0, 1, 2, 32, 33, 34, 35, 38, 47, 48, 49] {
+        assert_eq!(write_module(&mut device, number, 1), Err(AbortCode::ReadOnly), "{number}");
+    }
+}
+
+/// Ethernet module manual, section 9.1.1: 192.168.0.x, x being the last byte of the MAC address.
+#[test]
+fn addresses_follow_the_node_id() {
+    let profile = Profile::embedded("jvl-mac00-fc4", None).unwrap().unwrap();
+    let device = Device::new(Arc::new(profile), 20, Instant::from_nanos(0));
+    let read = |number| device.dictionary().raw(module(&device, number));
+    assert_eq!((read(1), read(2)), (0x0200, 20), "a MAC address that no vendor owns");
+    assert_eq!((read(3), read(4), read(5)), (0xC0A8_0014, 0xFFFF_FF00, 0xC0A8_00FE));
+}
+
+#[test]
+fn motor_and_module_tell_the_serial_number_of_the_device() {
+    let identity = Identity { serial: Some(0x0001_2345), ..Identity::default() };
+    let profile = Profile::embedded("jvl-mac00-fc4", None).unwrap().unwrap().with_identity(identity);
+    let device = Device::new(Arc::new(profile), 1, Instant::from_nanos(0));
+    assert_eq!((read(&device, 154), read(&device, 155)), (0x0001_2345, 1));
+    assert_eq!(device.dictionary().raw(module(&device, 32)), 0x0001_2345);
+}
+
+#[test]
+fn stored_registers_come_back_with_their_high_words() {
+    let mut device = device("mac140");
+    write(&mut device, &[(28, 0xFFFE_0000), (5, 0xFFFF), (2, 1), (3, 77)]).unwrap();
+    let saved = device.dictionary().save(|index| index == 0x2012);
+    assert_eq!(device.dictionary_mut().set_saved(saved), 0);
+    device.reset(Instant::from_nanos(0));
+    assert_eq!((read(&device, 28), read(&device, 29)), (0xFFFE_0000, 0xFFFF_FFFE), "MIN_P_IST");
+    assert_eq!(read(&device, 5), 0xFFFF_FFFF, "V_SOLL");
+    assert_eq!((read(&device, 2), read(&device, 3)), (0, 0), "mode and target belong to the moment");
 }

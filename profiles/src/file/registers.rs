@@ -1,7 +1,7 @@
 //! Register lists: files with one `register` table for each register of a family.
 //!
-//! `type` stands at the head for all registers that do not say otherwise. `words = 16` at the head says that a
-//! register of 32 bits takes two numbers. Numbers that are not listed are reserved.
+//! `type` stands at the head for all registers that do not say otherwise. `takes_two` at the head says that a register
+//! of 32 bits takes two numbers. Numbers that are not listed are reserved.
 
 use od::{Access, Address, DataType, Entry, Initial, Mappable, Schema, Value};
 
@@ -27,11 +27,10 @@ fn read(mut file: Table<'_, '_>, behind: Behind<'_>) -> Option<RegisterList> {
     let description = file.require::<&str>("description");
     let last = file.require_in("last", 1..=HIGHEST_NUMBER);
     let common = format(&mut file);
-    let words = file.require_in("words", 16..=32_u8).unwrap_or(32);
     let mut builder = Builder {
         behind,
         common,
-        takes_two: words == 16,
+        takes_two: file.get("takes_two").unwrap_or(false),
         registers: (0..=last.unwrap_or(HIGHEST_NUMBER)).map(Register::reserved).collect(),
     };
     for node in file.get::<Vec<Node>>("register").unwrap_or_default() {

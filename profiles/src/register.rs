@@ -4,6 +4,7 @@
 //! dictionary that hold them are made from it, and [`RegisterFile`] gives behaviours a way to them by [`Role`].
 
 mod file;
+mod groups;
 mod list;
 mod role;
 

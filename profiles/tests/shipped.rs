@@ -1,6 +1,6 @@
 //! The shipped profiles.
 
-use od::{Access, Address, DataType, Initial, Mappable, Value};
+use od::{Access, Address, DataType, Initial, Mappable, Schema, Value};
 use profiles::{Binding, Profile};
 
 fn shipped(name: &str) -> Profile {
@@ -49,6 +49,59 @@ fn nothing_is_both_bound_and_postponed() {
             let postponed = profile.later.iter().find(|l| l.index == at.index && l.subs.contains(&at.sub));
             assert_eq!(postponed, None, "{name}");
         }
+    }
+}
+
+/// Module manual, section 4.3.1: "both modules offer the same functions".
+#[test]
+fn the_fc2_is_the_fc4_by_another_name() {
+    let (fc2, fc4) = (shipped("jvl-mac00-fc2"), shipped("jvl-mac00-fc4"));
+    let name = Address::new(0x1008, 0);
+    for (a, b) in [(&fc2.communication, &fc4.communication), (&fc2.application, &fc4.application)] {
+        assert_eq!(a.entries().count(), b.entries().count());
+        for ((at, a), (_, b)) in a.entries().zip(b.entries()).filter(|((at, _), _)| *at != name) {
+            let sheet = Address::new(0x1021, 0);
+            assert_eq!(
+                (&a.name, a.data_type, a.access, a.mappable),
+                (&b.name, b.data_type, b.access, b.mappable)
+            );
+            assert!(a.initial == b.initial || at == sheet, "{at}");
+        }
+    }
+    assert_eq!((&fc2.bindings, &fc2.motors), (&fc4.bindings, &fc4.motors));
+    assert_eq!((fc2.motors.len(), fc2.motor.unwrap().name.as_str()), (8, "mac140"));
+    assert_eq!((fc2.vendor, fc2.product.as_str()), (fc4.vendor, "MAC00-FC2"));
+}
+
+#[test]
+fn a_profile_says_what_it_has_otherwise_than_the_one_it_extends() {
+    let text = "extends = \"jvl-mac00-fc4\"\nname = \"own\"\ndescription = \"b\"\nproduct = \"d\"\n\
+                default_motor = \"mac800\"\nwithout = [0x2100]\n\
+                object = [{ index = 0x605A, name = \"Stop\", type = \"I16\", default = 6 }]\n\
+                rpdo = [{ number = 1, map = [\"0x6040:00\"], transmission = 1 }]";
+    let (own, base) = (Profile::parse("own.toml", text, None).unwrap(), shipped("jvl-mac00-fc4"));
+    let initial = |schema: &Schema, index, sub| {
+        let slot = schema.slot(Address::new(index, sub))?;
+        schema.entry(slot).map(|entry| entry.initial.clone())
+    };
+    assert_eq!(initial(&own.application, 0x605A, 0), Some(Initial::Value(Value::Fixed(6))));
+    assert_eq!(initial(&own.application, 0x2100, 0), None);
+    assert_eq!(initial(&own.communication, 0x1400, 2), Some(Initial::Value(Value::Fixed(1))));
+    assert_eq!(initial(&own.application, 0x6067, 0), initial(&base.application, 0x6067, 0));
+    assert_eq!(own.motor.unwrap().name, "mac800");
+    assert_eq!((own.rpdos, own.tpdos, own.dialect), (base.rpdos, base.tpdos, base.dialect));
+}
+
+#[test]
+fn the_steppers_have_steps_and_none_of_the_torque_objects() {
+    let profile = shipped("jvl-mis34x");
+    let motor = profile.motor.as_ref().unwrap();
+    assert_eq!((motor.name.as_str(), motor.counts_per_revolution), ("mis340", 409_600));
+    for index in [0x2100, 0x6072, 0x606D, 0x606E] {
+        assert!(!profile.application.has_object(index), "{index:04X}");
+    }
+    for index in [0x2204, 0x6073, 0x6075] {
+        assert!(profile.application.has_object(index), "{index:04X}");
     }
 }
 

@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use od::{Access, Address, DataType, Entry, Initial, Mappable, Range, Schema, Value};
-use profiles::{Profile, Register};
+use profiles::{Format, Profile, Register, RegisterList};
 
 fn table(profile: &Profile) -> String {
     let mut text = format!(
         "# Objects of `{}`\n\n{}\n\nGenerated from the profile file. *Behaviour*: what is behind the entry. An empty \
-         cell is a value that is stored and read back; *later* is stored until a coming version acts on it.\n\n\
+         cell is a value that is stored and read back; *later* is stored until a coming version acts on it; a *register* \
+         stands in the table of its list.\n\n\
          | Object | Name | Type | Access | PDO | Default | Range | Behaviour |\n|---|---|---|---|---|---|---|---|\n",
         profile.name, profile.description
     );
@@ -21,7 +22,7 @@ fn table(profile: &Profile) -> String {
 
 fn rows(text: &mut String, profile: &Profile, schema: &Schema) {
     for (index, name, _, entries) in schema.objects() {
-        let entries: Vec<&Entry> = entries.iter().collect();
+        let entries: Vec<&Entry> = entries.iter().filter(|entry| !entry.is_local).collect();
         if entries.len() > 1 {
             writeln!(text, "| **0x{index:04X}** | **{name}** | | | | | | |").unwrap();
         }
@@ -81,9 +82,8 @@ fn behaviour(profile: &Profile, address: Address) -> String {
     if let Some(bound) = profile.bindings.iter().find(|b| b.address == address) {
         return format!("`{}`", bound.binding);
     }
-    if let Some(register) = register_at(profile, address) {
-        let role = register.role.map_or(String::new(), |role| format!(" `{role}`"));
-        return format!("{} register{role}", register.format.name());
+    if register_at(profile, address).is_some() {
+        return "register".to_owned();
     }
     let later = profile.later.iter().find(|l| l.index == address.index && l.subs.contains(&address.sub));
     later.map_or(String::new(), |l| format!("*later*: {}", l.what))
@@ -95,18 +95,79 @@ fn register_at(profile: &Profile, address: Address) -> Option<&Register> {
     lists.flat_map(|list| &list.registers).find(|register| register.place == Some(address))
 }
 
+fn assert_documented(name: &str, expected: &str) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/objects");
+    let path = folder.join(format!("{name}.md"));
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(&path, expected).unwrap();
+    }
+    let documented = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(documented == expected, "{} is out of date: run with UPDATE_DOCS=1", path.display());
+}
+
 #[test]
 fn the_documented_objects_are_those_of_the_profiles() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/objects");
     for name in Profile::names() {
         let profile = Profile::embedded(name, None).unwrap().unwrap();
-        let (path, expected) = (folder.join(format!("{name}.md")), table(&profile));
-        if std::env::var_os("UPDATE_DOCS").is_some() {
-            std::fs::create_dir_all(&folder).unwrap();
-            std::fs::write(&path, &expected).unwrap();
-        }
-        let documented = std::fs::read_to_string(&path).unwrap_or_default();
-        assert!(documented == expected, "{} is out of date: run with UPDATE_DOCS=1", path.display());
+        assert_documented(name, &table(&profile));
+    }
+}
+
+/// Each register list, with the profile and the motor that it is shown for.
+const LISTS: [(&str, &str, &str); 4] = [
+    ("mac050-141", "jvl-mac00-fc4", "mac140"),
+    ("mac400-3000", "jvl-mac00-fc4", "mac800"),
+    ("mis34x", "jvl-mis34x", "mis340"),
+    ("module", "jvl-mac00-fc4", "mac140"),
+];
+
+fn register_table(list: &RegisterList, motor: &str) -> String {
+    let mut text = format!(
+        "# Registers `{}`\n\n{}. Defaults are those of a `{motor}`.\n\nGenerated from the register list. Every bus \
+         carries a register as 32 bits; *Format* says which of them it has. Ranges are the manual's and not enforced. \
+         *Place*: the entry that shows it; those of 0x2F11 and 0x2F13 are not on CANopen. *Kept*: whether saving stores \
+         it. Numbers that are not listed read zero and ignore what is written.\n\n\
+         | No. | Name | Format | Access | Default | Range | Unit | Place | Kept | Meaning |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
+        list.name, list.description
+    );
+    for register in list.registers.iter().filter(|r| r.format != Format::Reserved) {
+        let Register { number, name, format, access, unit, meaning, .. } = register;
+        let range = register.range.map_or(String::new(), |(min, max)| format!("{min} to {max}"));
+        let place = register.place.map_or(String::new(), |place| place.to_string());
+        let is_kept = *access == Access::ReadWrite && !register.is_volatile;
+        let (format, access, kept) = (format.name(), access.name(), if is_kept { "yes" } else { "" });
+        let start = initial(register);
+        writeln!(
+            text,
+            "| {number} | {name} | {format} | {access} | {start} | {range} | {unit} | {place} | {kept} | {meaning} |"
+        )
+        .unwrap();
+    }
+    text
+}
+
+fn initial(register: &Register) -> String {
+    match &register.initial {
+        Initial::PlusNodeId(base) => format!("0x{base:X} + Node-ID"),
+        Initial::Value(value) => match register.format {
+            Format::U16 | Format::U32 => value.raw().to_string(),
+            Format::I16 | Format::I32 | Format::HighWord | Format::Reserved => {
+                DataType::Integer32.integer(value.raw()).to_string()
+            }
+        },
+    }
+}
+
+#[test]
+fn the_documented_registers_are_those_of_the_lists() {
+    assert!(RegisterList::names().eq(LISTS.iter().map(|(name, ..)| *name)));
+    for (name, profile, motor) in LISTS {
+        let profile = Profile::embedded(profile, Some(motor)).unwrap().unwrap();
+        let lists = [&profile.motor_registers, &profile.module_registers];
+        let list = lists.into_iter().flatten().find(|list| list.name == name).unwrap();
+        assert_documented(&format!("registers-{name}"), &register_table(list, motor));
     }
 }
 

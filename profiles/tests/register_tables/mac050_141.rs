@@ -1,6 +1,6 @@
 //! Motor registers of the MAC050, 095, 140 and 141: Ethernet module manual, section 11.2.
 
-pub const TABLE: &str = "
+pub(crate) const TABLE: &str = "
 1 | PROG_VERSION | 16 | - | - | -
 2 | MODE_REG | 16 | - | 0 | 0..258
 3 | P_SOLL | 32 | rw | - | -67000000..67000000

@@ -1,6 +1,6 @@
 //! Motor registers of the MAC400, 402, 800, 1500 and 3000: Ethernet module manual, section 11.3.
 
-pub const TABLE: &str = "
+pub(crate) const TABLE: &str = "
 1 | PROG_VERSION | 32 | ro | - | -
 2 | MODE_REG | 32 | rw | 0 | 0..258
 3 | P_SOLL | 32 | rw | - | -

@@ -60,7 +60,7 @@ fn assert_row(profile: &Profile, space: Space, row: &Row) {
     assert_eq!(range(register), *printed_range, "{case}");
     assert!(*access == "-" || entry.access.name() == *access, "{case}: {}", entry.access.name());
     assert!(*printed == "-" || default(entry) == *printed, "{case}: {}", default(entry));
-    assert_eq!(register.access, entry.access, "{case}");
+    assert_eq!((register.access, register.is_volatile), (entry.access, entry.is_volatile), "{case}");
     if place == Address::new(0x2012, u8::try_from(*number).unwrap_or(0)) {
         assert_eq!((register.format.bits(), entry.data_type), (*bits, DataType::Unsigned32), "{case}");
     }

@@ -1,6 +1,6 @@
 //! Motor registers of the MIS34x and MIS43x: Ethernet module manual, section 11.4; the page of 1-5 is lost.
 
-pub const TABLE: &str = "
+pub(crate) const TABLE: &str = "
 1 | PROG_VERSION | 32 | - | - | -
 2 | MODE_REG | 32 | - | - | -
 3 | P_SOLL | 32 | - | - | -

@@ -1,6 +1,6 @@
 //! Registers of the Ethernet modules: their manual, section 8.1.
 
-pub const TABLE: &str = "
+pub(crate) const TABLE: &str = "
 0 | Sub-index count | 8 | const | 63 | -
 1 | MAC address, high | 32 | ro | - | -
 2 | MAC address, low | 32 | ro | - | -

@@ -35,8 +35,8 @@ node_id = 128
       help: known: canopen-reference, cia402-servo, jvl-mac00-fc2, jvl-mac00-fc4, jvl-mis34x
     bad.toml:14:7: error: unknown bus `can9`
       help: did you mean `can0`? known: can0
-    bad.toml:15:11: error: `node_id` cannot be 128
-      help: write a number from 1 to 127
+    bad.toml:15:1: error: 128 is no Node-ID
+      help: write a number from 1 to 127, or 255 for a node that an LSS master configures
     ");
 }
 

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use canopen::{BusState, TimeOfDay};
 use od::Instant;
+use sd_notify::NotifyState;
 use tokio::sync::mpsc;
 
 use crate::alarm::Alarm;
@@ -18,6 +19,7 @@ use crate::control::{Inbox, Publisher};
 use crate::core::{Core, LinkId};
 use crate::link::{LONGEST_BLOCK, Link, Patience, Received, SocketCan};
 use crate::reporter::Reporter;
+use crate::service_manager::{ServiceManager, Watchdog};
 use crate::socketcand::Inbound;
 use crate::status;
 use crate::storage::{Done, Storage};
@@ -50,6 +52,8 @@ pub(crate) struct CoreLoop {
     /// Set when the loop is to end; the alarm rings then.
     pub(crate) stop: Arc<AtomicBool>,
     pub(crate) reporter: Reporter,
+    /// Who watches this loop, and nothing else of the process.
+    pub(crate) manager: ServiceManager,
     pub(crate) storage: Storage,
     /// Where the status goes, if there is a control socket.
     pub(crate) publisher: Option<Publisher>,
@@ -78,6 +82,7 @@ impl CoreLoop {
         let mut now = self.clock.now();
         self.start(now);
         ready();
+        self.manager.tell(&[NotifyState::Ready]);
         let mut has_backlog = false;
         let mut end = None;
         loop {
@@ -106,6 +111,7 @@ impl CoreLoop {
             }
             self.reporter.report(now, &mut self.core, &self.links);
             self.publish(now);
+            self.manager.feed_watchdog(now);
             if end.is_some_and(|end| end <= now) {
                 return Ok(());
             }
@@ -115,6 +121,9 @@ impl CoreLoop {
     /// Lets the axes ramp down, once; when to leave, as far as that is known.
     fn stop_axes(&mut self, now: Instant, end: Option<Instant>) -> Instant {
         let was_quiet = self.core.is_quiet();
+        if end.is_none() {
+            self.manager.tell(&[NotifyState::Stopping]);
+        }
         match end {
             // Nothing moves.
             None if was_quiet => now,
@@ -147,7 +156,9 @@ impl CoreLoop {
         let interfaces = self.links.iter().filter_map(|link| link.interface.as_ref());
         let deadlines = interfaces.map(SocketCan::poll_timeout).chain([self.core.poll_timeout(), end]);
         let deadline = deadlines.flatten().min();
-        let is_far = deadline.is_none_or(|deadline| deadline > now + LONGEST_BLOCK + MARGIN);
+        let watchdog = self.manager.watchdog();
+        let is_far = |deadline: Instant| deadline > now + LONGEST_BLOCK + MARGIN;
+        let is_far = deadline.is_none_or(is_far) && watchdog.map(Watchdog::latest).is_none_or(is_far);
         let is_alone = match &*self.links {
             [Link { interface: Some(interface), .. }] => interface.fd().is_some() && self.clients.is_none(),
             _ => false,
@@ -155,6 +166,7 @@ impl CoreLoop {
         if is_far && is_alone && self.storage.is_idle() {
             return Sleep::InReceive;
         }
+        let deadline = deadline.into_iter().chain(watchdog.map(Watchdog::due)).min();
         Sleep::Until(deadline.map(|deadline| deadline.saturating_since(self.clock.now())))
     }
 

@@ -20,6 +20,7 @@ mod link;
 mod log;
 mod reporter;
 mod run;
+mod service_manager;
 pub mod services;
 pub mod socketcand;
 pub mod status;

@@ -11,7 +11,6 @@ use std::sync::atomic::AtomicBool;
 
 use config::Gateway;
 use od::Instant;
-use sd_notify::NotifyState;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::{flag, low_level};
 use tokio::sync::mpsc;
@@ -28,6 +27,7 @@ use crate::demo;
 use crate::link::{Link, SocketCan};
 use crate::log;
 use crate::reporter::Reporter;
+use crate::service_manager::ServiceManager;
 use crate::services;
 use crate::socketcand::{self, Bus, Inbound, Listening, ToCore};
 use crate::storage::{self, Claim, Storage};
@@ -108,6 +108,7 @@ fn start(
         alarm,
         stop,
         reporter,
+        manager: ServiceManager::from_environment(clock.now()),
         storage,
         publisher,
         inbox,
@@ -238,7 +239,4 @@ fn announce(introduction: &str) {
     // The demo serves, whether or not anybody reads what it says.
     let _ = commands::print(introduction);
     eprintln!("axisd ready");
-    if let Err(error) = sd_notify::notify(&[NotifyState::Ready]) {
-        warn!("the service manager cannot be told that axisd is ready: {error}");
-    }
 }

@@ -10,7 +10,7 @@ use clap::{Parser, Subcommand};
 
 use crate::cli::{Failure, conclude};
 use crate::commands::print;
-use crate::control::{self, Request, Response, default_places};
+use crate::control::{self, Request, Response, place_of_instance, places_to_ask};
 use crate::status::{self, Status};
 
 /// How long the daemon may take.
@@ -23,6 +23,9 @@ struct Cli {
     /// Control socket of the daemon [default: /run/axisd/control.sock, then $XDG_RUNTIME_DIR/axisd/control.sock]
     #[arg(long, global = true, value_name = "PATH")]
     socket: Option<PathBuf>,
+    /// Ask the service axisd@NAME
+    #[arg(long, global = true, value_name = "NAME", conflicts_with = "socket")]
+    instance: Option<String>,
     #[command(subcommand)]
     command: Command,
 }
@@ -71,8 +74,9 @@ enum Fault {
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
-    let Cli { socket, command } = Cli::parse();
-    let places = socket.map_or_else(default_places, |socket| vec![socket]);
+    let Cli { socket, instance, command } = Cli::parse();
+    let place = socket.or_else(|| instance.as_deref().map(place_of_instance));
+    let places = place.map_or_else(places_to_ask, |place| vec![place]);
     let done = match command {
         Command::Status { json } => show_status(&places, json),
         Command::Fault(fault) => show_faults(&places, fault),

@@ -19,7 +19,8 @@ use crate::status::Status;
 pub use board::{Publisher, Reader, board};
 pub use faults::{AxisFaults, Order, Outcome, text};
 pub use orders::{Errand, Inbox, Orders, orders};
-pub use place::{ControlSocket, default_places};
+pub(crate) use place::directory_of_service;
+pub use place::{ControlSocket, place_of_instance, places_to_ask, places_to_serve};
 pub use server::serve;
 
 /// What a client asks for.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::net::SocketAddr;
 use std::os::unix::net::UnixListener;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -95,9 +95,9 @@ fn start(
     let clients = serve_clients(listening, control, &alarm, clock).map_err(other)?;
     let devices: Vec<String> = gateway.devices.iter().map(|device| device.name.clone()).collect();
     let dialects = gateway.devices.iter().map(|device| (device.name.clone(), device.profile.dialect));
-    let storage = match &gateway.storage {
+    let storage = match storage_directory(gateway) {
         None => Storage::default(),
-        Some(directory) => store_in(directory, &mut core, clock.now(), &devices, &alarm)?,
+        Some(directory) => store_in(&directory, &mut core, clock.now(), &devices, &alarm)?,
     };
     let reporter = Reporter::new(dialects.collect(), links.len());
     Ok(CoreLoop {
@@ -114,6 +114,12 @@ fn start(
         inbox,
         turns_without_clock: 0,
     })
+}
+
+/// Where devices store their parameters: where the configuration says, else in the directory that the service manager has
+/// made for this service, else nowhere.
+fn storage_directory(gateway: &Gateway) -> Option<PathBuf> {
+    gateway.storage.clone().or_else(|| control::directory_of_service("STATE_DIRECTORY"))
 }
 
 /// Claims the directory and gives every device what it has stored there.
@@ -201,7 +207,7 @@ fn control_socket(gateway: &Gateway) -> Result<Option<(ControlSocket, UnixListen
             Failure::Other(format!("cannot serve the control socket {}: {error}", path.display()))
         });
     }
-    let bound = ControlSocket::bind_first(&control::default_places());
+    let bound = ControlSocket::bind_first(&control::places_to_serve());
     Ok(bound.map_err(|tried| warn!("no control socket, axisctl finds nobody; tried {tried}")).ok())
 }
 

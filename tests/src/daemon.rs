@@ -7,10 +7,13 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 use std::thread;
 
+use nix::sys::ptrace;
 use nix::sys::signal::Signal;
+use nix::sys::wait::{WaitPidFlag, waitpid};
+use nix::unistd::Pid;
 
 use crate::process::{Line, Process, Stream};
-use crate::{PATIENCE, TempDir, Vcan};
+use crate::{PATIENCE, ServiceManager, TempDir, Vcan};
 
 /// A running daemon. On drop it is stopped by SIGTERM and has to end with status 0.
 #[derive(Debug)]
@@ -25,12 +28,22 @@ impl Daemon {
     /// its control socket is, that is nowhere that others look.
     #[must_use]
     pub fn start(config: &str) -> Self {
+        Self::run(config, &mut Command::new(binary()))
+    }
+
+    /// As [`start`](Self::start), under this service manager.
+    #[must_use]
+    pub fn supervised(config: &str, manager: &ServiceManager) -> Self {
+        Self::run(config, Command::new(binary()).envs(manager.environment()))
+    }
+
+    fn run(config: &str, command: &mut Command) -> Self {
         let dir = TempDir::new();
         let socket = dir.path().join("control.sock");
         let control = format!("\n[control]\nsocket = \"{}\"\n", socket.display());
         let control = if config.contains("[control]") { "" } else { &control };
         let file = dir.write("axisd.toml", &format!("{config}{control}"));
-        Self::spawn(dir, Command::new(binary()).args(["run", "--config"]).arg(file))
+        Self::spawn(dir, command.args(["run", "--config"]).arg(file))
     }
 
     /// Starts `axisd run --demo` with its socketcand server on this port.
@@ -62,6 +75,29 @@ impl Daemon {
         });
     }
 
+    /// Stalls its core thread, and no other one, until the guard is dropped.
+    ///
+    /// A debugger's interrupt does that from outside: the thread that runs the core loop is the one that has the id of
+    /// the process. So the daemon needs no order for it that somebody could give in production.
+    #[must_use]
+    pub fn stall_core(&self) -> Stall {
+        let core = self.process.pid();
+        ptrace::seize(core, ptrace::Options::empty()).expect("become its debugger");
+        ptrace::interrupt(core).expect("interrupt the core thread");
+        waitpid(core, Some(WaitPidFlag::__WALL)).expect("wait for the core thread to stop");
+        Stall(core)
+    }
+
+    /// Stops all of it by SIGSTOP, until [`resume`](Self::resume).
+    pub fn pause(&self) {
+        self.process.signal(Signal::SIGSTOP);
+    }
+
+    /// Lets it go on after [`pause`](Self::pause).
+    pub fn resume(&self) {
+        self.process.signal(Signal::SIGCONT);
+    }
+
     /// Asks it to stop, and returns at once.
     pub fn terminate(&mut self) {
         self.process.signal(Signal::SIGTERM);
@@ -89,6 +125,17 @@ impl Drop for Daemon {
             self.terminate();
             self.wait_until_stopped();
         }
+    }
+}
+
+/// A core thread that is stalled. It goes on when this is dropped.
+#[derive(Debug)]
+pub struct Stall(Pid);
+
+impl Drop for Stall {
+    fn drop(&mut self) {
+        // It fails on a daemon that has ended.
+        let _ = ptrace::detach(self.0, None);
     }
 }
 

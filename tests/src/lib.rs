@@ -3,6 +3,7 @@
 //! * [`Daemon`] runs `axisd` with a configuration and ends it by SIGTERM; [`axisd`] runs the short commands,
 //!   [`axisctl`] those that ask a running daemon.
 //! * [`Client`] is a socketcand client of our own.
+//! * [`ServiceManager`] is what systemd would be to it.
 //! * [`Master`] runs the Python scripts of `tests/peers`, which are python-canopen masters, on one bus.
 //! * [`Vcan`] is a virtual CAN interface of the kernel, [`Wire`] a `candump` on it with `cansend` beside it.
 //! * [`story`] makes of a recording what may stand in a snapshot.
@@ -17,13 +18,15 @@ mod client;
 mod daemon;
 mod peer;
 mod process;
+mod service_manager;
 mod temp;
 mod vcan;
 
 pub use capture::story;
 pub use client::Client;
-pub use daemon::{Bus, Daemon, axisctl, axisd, config, free_port};
+pub use daemon::{Bus, Daemon, Stall, axisctl, axisd, config, free_port};
 pub use peer::{Master, Peer, objects_in_eds, run_python};
+pub use service_manager::ServiceManager;
 pub use temp::TempDir;
 pub use vcan::{Vcan, Wire};
 

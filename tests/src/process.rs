@@ -66,9 +66,12 @@ impl Process {
         self.next_line(deadline).ok()
     }
 
+    pub(crate) fn pid(&self) -> Pid {
+        Pid::from_raw(i32::try_from(self.child.id()).expect("a process id is an i32"))
+    }
+
     pub(crate) fn signal(&self, signal: Signal) {
-        let pid = i32::try_from(self.child.id()).expect("a process id is an i32");
-        kill(Pid::from_raw(pid), signal).unwrap_or_else(|e| panic!("signal {}: {e}", self.name));
+        kill(self.pid(), signal).unwrap_or_else(|e| panic!("signal {}: {e}", self.name));
     }
 
     /// Waits for the end and reads what was still to be read.

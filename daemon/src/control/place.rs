@@ -8,19 +8,42 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::process;
 
-/// For a service.
-const SYSTEM: &str = "/run/axisd/control.sock";
+/// For a service; those of instances are in directories below.
+const SYSTEM: &str = "/run/axisd";
 /// For a user, under `$XDG_RUNTIME_DIR`.
-const USER: &str = "axisd/control.sock";
+const USER: &str = "axisd";
+const FILE: &str = "control.sock";
 /// Its owner and group may ask.
 const MODE: u32 = 0o660;
 
-/// Where the socket is if the configuration does not say it: the first of these that can be used.
+/// Where a daemon serves the socket if its configuration does not say it: the first of these that can be used. A service
+/// manager that makes a directory for it says where in `$RUNTIME_DIRECTORY`, and means that one.
 #[must_use]
-pub fn default_places() -> Vec<PathBuf> {
+pub fn places_to_serve() -> Vec<PathBuf> {
+    match directory_of_service("RUNTIME_DIRECTORY") {
+        Some(directory) => vec![directory.join(FILE)],
+        None => places_to_ask(),
+    }
+}
+
+/// Where to look for a daemon that one knows nothing of.
+#[must_use]
+pub fn places_to_ask() -> Vec<PathBuf> {
     let user = env::var_os("XDG_RUNTIME_DIR").filter(|directory| !directory.is_empty());
     let user = user.map(|directory| Path::new(&directory).join(USER));
-    core::iter::once(PathBuf::from(SYSTEM)).chain(user).collect()
+    core::iter::once(PathBuf::from(SYSTEM)).chain(user).map(|directory| directory.join(FILE)).collect()
+}
+
+/// Where the instance `axisd@NAME.service` serves it.
+#[must_use]
+pub fn place_of_instance(name: &str) -> PathBuf {
+    Path::new(SYSTEM).join(name).join(FILE)
+}
+
+/// The directory that a service manager has made for us, by the variable that names it (systemd.exec(5): several are
+/// separated by colons; ours has one).
+pub(crate) fn directory_of_service(variable: &str) -> Option<PathBuf> {
+    env::var_os(variable).filter(|directory| !directory.is_empty()).map(PathBuf::from)
 }
 
 /// The socket in the file system. On drop it is removed.

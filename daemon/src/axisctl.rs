@@ -6,7 +6,7 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::cli::{Failure, conclude};
 use crate::commands::print;
@@ -70,6 +70,12 @@ enum Fault {
         /// Name of the device [default: every device]
         device: Option<String>,
     },
+}
+
+/// The command line of `axisctl`, for its manual and the completion of shells.
+#[must_use]
+pub fn command() -> clap::Command {
+    Cli::command()
 }
 
 /// Runs the command that the process was started with.
@@ -153,7 +159,6 @@ fn ask_at(place: &Path, request: &Request) -> io::Result<Response> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {

@@ -30,9 +30,12 @@ impl ServiceManager {
     pub(crate) fn from_environment(now: Instant) -> Self {
         let socket = env::var_os("NOTIFY_SOCKET").and_then(|path| {
             let opened = open(&path);
-            opened.map_err(|error| warn!("the service manager at {} is not told: {error}", path.display())).ok()
+            opened
+                .map_err(|error| warn!("the service manager at {} is not told: {error}", path.display()))
+                .ok()
         });
-        let time_out = sd_notify::watchdog_enabled().filter(|time_out| socket.is_some() && !time_out.is_zero());
+        let time_out =
+            sd_notify::watchdog_enabled().filter(|time_out| socket.is_some() && !time_out.is_zero());
         Self { socket, watchdog: time_out.map(|time_out| Watchdog::new(time_out, now)), is_heard: true }
     }
 

@@ -16,6 +16,7 @@
 mod capture;
 mod client;
 mod daemon;
+pub mod parameters;
 mod peer;
 mod process;
 mod service_manager;

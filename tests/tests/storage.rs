@@ -5,48 +5,12 @@ use std::fs;
 use std::thread;
 use std::time::Duration;
 
+use tests::parameters::{PARAMETERS, read, request, save, store_until_gone, write};
 use tests::{Bus, Client, Daemon, TempDir, axisd, config, free_port};
-
-/// Parameters in both areas, index and sub-index, all of 32 bits; all get the same value before each store.
-const PARAMETERS: [(u16, u8); 4] = [(0x1020, 1), (0x1020, 2), (0x6065, 0), (0x6067, 0)];
 
 fn daemon(port: u16, storage: &TempDir) -> Daemon {
     let config = config(Bus::Socketcand(port), &[("axis 1", "cia402-servo", 1)]);
     Daemon::start(&format!("[storage]\npath = \"{}\"\n{config}", storage.path().display()))
-}
-
-fn request(command: u8, (index, sub): (u16, u8), value: u32) -> String {
-    let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
-    format!("601 8 {command:X} {low:X} {high:X} {sub:X} {a:X} {b:X} {c:X} {d:X}")
-}
-
-/// The value of the good answer to a read request.
-fn read(client: &mut Client, address: (u16, u8)) -> u32 {
-    let answer = client.try_ask(&request(0x40, address, 0)).expect("the daemon is there");
-    let digits = answer.strip_prefix("581 43").and_then(|rest| rest.get(6..)).expect("a good answer");
-    u32::from_str_radix(digits, 16).expect("eight digits").swap_bytes()
-}
-
-/// Whether a write was answered, which must be well; `None` if the daemon is gone.
-fn write(client: &mut Client, address: (u16, u8), value: u32) -> Option<()> {
-    let answer = client.try_ask(&request(0x23, address, value)).ok()?;
-    assert!(answer.starts_with("581 60"), "{answer}");
-    Some(())
-}
-
-fn save(client: &mut Client) -> Option<()> {
-    write(client, (0x1010, 1), u32::from_le_bytes(*b"save"))
-}
-
-/// Stores one generation after the other until the daemon is gone; gives the last one that was confirmed.
-fn store_until_killed(client: &mut Client, mut generation: u32) -> u32 {
-    loop {
-        let stored = PARAMETERS.iter().try_for_each(|address| write(client, *address, generation + 1));
-        if stored.and_then(|()| save(client)).is_none() {
-            return generation;
-        }
-        generation += 1;
-    }
 }
 
 #[test]
@@ -70,7 +34,7 @@ fn killed_at_any_moment_it_has_the_old_set_or_the_new_one() {
             in_flight += u32::from(set[0] > generation);
             generation = set[0];
         }
-        let client = thread::spawn(move || store_until_killed(&mut client, generation));
+        let client = thread::spawn(move || store_until_gone(&mut client, generation));
         // Steps of 1.7 ms over a few stores, so that every part of one is met.
         thread::sleep(Duration::from_micros(20_000 + kill * 1_700));
         daemon.kill();

@@ -62,8 +62,14 @@ fn programs() -> [Program; 2] {
                     "ENVIRONMENT",
                     &[
                         ("RUST_LOG", "What is logged, such as debug or warn; info otherwise."),
-                        ("NOTIFY_SOCKET, WATCHDOG_USEC", "As in sd_notify(3): the core loop feeds the watchdog."),
-                        ("RUNTIME_DIRECTORY", "Where the control socket is if the configuration does not say it."),
+                        (
+                            "NOTIFY_SOCKET, WATCHDOG_USEC",
+                            "As in sd_notify(3): the core loop feeds the watchdog.",
+                        ),
+                        (
+                            "RUNTIME_DIRECTORY",
+                            "Where the control socket is if the configuration does not say it.",
+                        ),
                         ("STATE_DIRECTORY", "Where devices store if the configuration does not say it."),
                     ],
                 ),

@@ -51,7 +51,9 @@ fn blocks(text: &str) -> Vec<Block> {
         if line.is_empty() {
             continue;
         } else if line.starts_with("```") {
-            blocks.push(Block::Code(lines.by_ref().take_while(|line| *line != "```").map(str::to_owned).collect()));
+            blocks.push(Block::Code(
+                lines.by_ref().take_while(|line| *line != "```").map(str::to_owned).collect(),
+            ));
         } else if line.starts_with('#') {
             let title = line.trim_start_matches('#');
             blocks.push(Block::Heading(line.len() - title.len(), title.trim().to_owned()));

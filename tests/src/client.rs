@@ -22,9 +22,15 @@ impl Client {
     /// In raw mode on the bus `can0`.
     #[must_use]
     pub fn raw(port: u16) -> Self {
+        Self::raw_on("can0", port)
+    }
+
+    /// In raw mode on this bus.
+    #[must_use]
+    pub fn raw_on(bus: &str, port: u16) -> Self {
         let mut client = Self::connect(port);
         client.expect("< hi >");
-        client.send("< open can0 >");
+        client.send(&format!("< open {bus} >"));
         client.expect("< ok >");
         client.send("< rawmode >");
         client.expect("< ok >");

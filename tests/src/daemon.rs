@@ -76,16 +76,9 @@ impl Daemon {
     }
 
     /// Stalls its core thread, and no other one, until the guard is dropped.
-    ///
-    /// A debugger's interrupt does that from outside: the thread that runs the core loop is the one that has the id of
-    /// the process. So the daemon needs no order for it that somebody could give in production.
     #[must_use]
     pub fn stall_core(&self) -> Stall {
-        let core = self.process.pid();
-        ptrace::seize(core, ptrace::Options::empty()).expect("become its debugger");
-        ptrace::interrupt(core).expect("interrupt the core thread");
-        waitpid(core, Some(WaitPidFlag::__WALL)).expect("wait for the core thread to stop");
-        Stall(core)
+        Stall::core_of(self.process.pid())
     }
 
     /// Stops all of it by SIGSTOP, until [`resume`](Self::resume).
@@ -132,10 +125,25 @@ impl Drop for Daemon {
 #[derive(Debug)]
 pub struct Stall(Pid);
 
+impl Stall {
+    /// Stalls the core thread of the daemon with this process id, and no other one.
+    ///
+    /// A debugger's interrupt does that from outside: the thread that runs the core loop is the one that has the id of
+    /// the process. So the daemon needs no order for it that somebody could give in production.
+    pub(crate) fn core_of(core: Pid) -> Self {
+        ptrace::seize(core, ptrace::Options::empty()).expect("become its debugger");
+        ptrace::interrupt(core).expect("interrupt the core thread");
+        waitpid(core, Some(WaitPidFlag::__WALL)).expect("wait for the core thread to stop");
+        Self(core)
+    }
+}
+
 impl Drop for Stall {
     fn drop(&mut self) {
-        // It fails on a daemon that has ended.
-        let _ = ptrace::detach(self.0, None);
+        if ptrace::detach(self.0, None).is_err() {
+            // It has ended, and its own parent is not told before its debugger has seen it.
+            let _ = waitpid(self.0, Some(WaitPidFlag::__WALL | WaitPidFlag::WNOHANG));
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //!   [`axisctl`] those that ask a running daemon.
 //! * [`Client`] is a socketcand client of our own.
 //! * [`ServiceManager`] is what systemd would be to it.
+//! * [`system`] is a Debian system in which the package is installed.
 //! * [`Master`] runs the Python scripts of `tests/peers`, which are python-canopen masters, on one bus.
 //! * [`Vcan`] is a virtual CAN interface of the kernel, [`Wire`] a `candump` on it with `cansend` beside it.
 //! * [`story`] makes of a recording what may stand in a snapshot.
@@ -20,6 +21,7 @@ pub mod parameters;
 mod peer;
 mod process;
 mod service_manager;
+pub mod system;
 mod temp;
 mod vcan;
 

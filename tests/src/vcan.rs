@@ -38,6 +38,12 @@ impl Vcan {
         Self(format!("vtest{}", NEXT.fetch_add(1, Ordering::Relaxed)))
     }
 
+    /// An interface that somebody else has made.
+    #[must_use]
+    pub fn found(name: &str) -> Self {
+        Self(name.to_owned())
+    }
+
     /// Makes the interface and sets it up.
     pub fn create(&self) {
         run("ip", &["link", "add", &self.0, "type", "vcan"]);

@@ -196,7 +196,7 @@ pub fn free_port() -> u16 {
 
 /// The daemon under test: `$AXISD_BIN`, else the one beside this test program, which is built first if it is out
 /// of date (`cargo test` builds no programs of other packages).
-fn binary() -> &'static Path {
+pub(crate) fn binary() -> &'static Path {
     static BINARY: OnceLock<PathBuf> = OnceLock::new();
     BINARY.get_or_init(|| env::var_os("AXISD_BIN").map_or_else(build, PathBuf::from))
 }

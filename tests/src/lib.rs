@@ -17,10 +17,12 @@
 mod capture;
 mod client;
 mod daemon;
+pub mod guide;
 pub mod parameters;
 mod peer;
 mod process;
 mod service_manager;
+
 pub mod system;
 mod temp;
 mod vcan;

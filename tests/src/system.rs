@@ -46,6 +46,13 @@ impl System {
         system
     }
 
+    /// Removes the package and all that belongs to it, if it is there.
+    pub fn purge(&self) {
+        if Path::new("/usr/bin/axisd").exists() {
+            run("dpkg", &["--purge", "axisd"]);
+        }
+    }
+
     /// `axisd.service` with this configuration, or with the one that came with the package; not started.
     #[must_use]
     pub fn service(&self, config: Option<&str>) -> Service<'_> {

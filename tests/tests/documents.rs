@@ -90,6 +90,16 @@ fn every_case_of_the_conformance_tool_has_its_test_or_a_reason() {
     }
 }
 
+/// The headings of a document as links name them.
+fn headings(text: &str) -> impl Iterator<Item = String> {
+    let words =
+        text.lines().filter(|line| line.starts_with('#')).map(|line| line.trim_start_matches('#').trim());
+    let keep = |c: &char| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_');
+    let all: Vec<_> =
+        words.map(|line| line.to_lowercase().chars().filter(keep).collect::<String>()).collect();
+    all.into_iter().map(|line| line.replace(' ', "-"))
+}
+
 #[test]
 fn every_link_between_the_documents_leads_somewhere() {
     let documents =
@@ -98,9 +108,18 @@ fn every_link_between_the_documents_leads_somewhere() {
     for path in documents.chain(top).filter(|path| path.extension().is_some_and(|e| e == "md")) {
         let text = fs::read_to_string(&path).unwrap();
         for target in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-            let is_local = !target.starts_with("http") && !target.starts_with('#');
-            let goal = path.parent().unwrap().join(target);
-            assert!(!is_local || goal.exists(), "{} links to {target}, which does not exist", path.display());
+            if target.starts_with("http") {
+                continue;
+            }
+            let (file, heading) = target.split_once('#').unwrap_or((target, ""));
+            let goal = if file.is_empty() { path.clone() } else { path.parent().unwrap().join(file) };
+            assert!(goal.exists(), "{} links to {target}, which does not exist", path.display());
+            let is_there = || headings(&fs::read_to_string(&goal).unwrap()).any(|found| found == heading);
+            assert!(
+                heading.is_empty() || is_there(),
+                "{} links to {target}, which has no such heading",
+                path.display()
+            );
         }
     }
 }

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use tests::guide::{Place, tell};
 use tests::system::{System, attempt, install, run};
 
 /// The package as it is on the disk of an installed system.
@@ -114,6 +115,26 @@ fn an_upgrade_leaves_the_daemon_running_and_the_configuration_as_it_is() {
     assert!(run("axisctl", &["status"]).contains("edited"));
 }
 
+#[test]
+fn the_install_document_works() {
+    let system = System::new();
+    system.purge();
+
+    assert!(tell("docs/install.md", Place::Package, None) > 10);
+
+    assert!(!exists("/usr/bin/axisd"));
+    let drop_in = "/etc/systemd/system/axisd.service.d";
+    fs::remove_dir_all(drop_in).expect("the document makes it");
+}
+
+#[test]
+fn the_troubleshooting_document_works() {
+    let system = System::installed();
+    system.service(None).start();
+
+    assert!(tell("docs/troubleshooting.md", Place::Package, None) > 1);
+}
+
 /// Every path below, without what dpkg and others write about any package.
 fn files() -> BTreeSet<String> {
     let list = run("find", &["/etc", "/usr", "/var", "/opt", "-xdev"]);
@@ -129,9 +150,7 @@ fn files() -> BTreeSet<String> {
 #[test]
 fn removed_it_stops_and_purged_it_leaves_nothing() {
     let system = System::new();
-    if exists("/usr/bin/axisd") {
-        run("dpkg", &["--purge", "axisd"]);
-    }
+    system.purge();
     let users =
         || ["/etc/passwd", "/etc/group", "/etc/shadow"].map(|file| fs::read_to_string(file).expect("root"));
     let (files_before, users_before) = (files(), users());

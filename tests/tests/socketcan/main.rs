@@ -3,6 +3,8 @@
 mod bus_state;
 mod cyclic;
 mod garbage;
+mod guides;
+mod watchdog;
 
 use std::thread;
 

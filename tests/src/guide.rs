@@ -217,7 +217,7 @@ fn prints(printed: &str, expected: &str) -> bool {
 fn is_like(line: &str, wanted: &str) -> bool {
     let tidy = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let (line, wanted) = (tidy(line), tidy(wanted));
-    let mut pieces = wanted.split("...");
+    let mut pieces = wanted.split("...").map(str::trim);
     let Some(mut rest) = pieces.next().and_then(|first| line.strip_prefix(first)) else { return false };
     let mut is_open = false;
     for piece in pieces {
@@ -238,6 +238,7 @@ mod tests {
     fn what_is_printed_may_have_more_lines_and_other_blanks() {
         assert!(prints("a\nb  c\nd 12 e\n", "b c\nd ... e\n"));
         assert!(prints("(1.5) vcan0 601\n", "... vcan0 601\n"));
+        assert!(prints("  Active: yes since\n", "... Active: yes ...\n"));
         assert!(prints("moved from 0 to 10\n", "moved ...\n"));
         assert!(!prints("a\nb\n", "b\na\n"));
         assert!(!prints("moved from 0 to 10\n", "moved from 0 to 1\n"));

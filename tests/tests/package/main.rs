@@ -130,7 +130,8 @@ fn the_install_document_works() {
 #[test]
 fn the_troubleshooting_document_works() {
     let system = System::installed();
-    system.service(None).start();
+    let service = system.service(None);
+    service.start();
 
     assert!(tell("docs/troubleshooting.md", Place::Package, None) > 1);
 }

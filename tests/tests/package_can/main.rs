@@ -42,6 +42,7 @@ fn the_interface_comes_up_by_networkd_and_the_service_serves_it() {
     let complaints =
         run("journalctl", &["--no-pager", "--output=cat", "--unit=systemd-networkd", "--priority=warning"]);
     assert!(!complaints.contains("/etc/systemd/network/"), "{complaints}");
+    run("ip", &["link", "set", "vcan0", "txqueuelen", "10"]);
     let queue = run("udevadm", &["test-builtin", "net_setup_link", "/sys/class/net/vcan0"]);
     assert!(wait_for_interface("vcan0", "qlen 1000").contains("vcan"), "{queue}");
 

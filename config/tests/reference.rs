@@ -97,3 +97,14 @@ fn every_key_of_the_example_of_a_machine_is_in_the_reference() {
     }
     assert_eq!(found, listed.len(), "the example shows all of them");
 }
+
+#[test]
+fn every_shipped_profile_is_in_the_reference() {
+    let text = root("docs/configuration.md");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../profiles/devices");
+    for entry in fs::read_dir(folder).expect("it is there") {
+        let name = entry.expect("a readable directory").file_name().into_string().expect("UTF-8");
+        let profile = name.strip_suffix(".toml");
+        assert!(profile.is_none_or(|profile| text.contains(&format!("`{profile}`"))), "{name}");
+    }
+}

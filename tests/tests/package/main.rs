@@ -10,7 +10,7 @@ use std::path::Path;
 use tests::guide::{Place, tell};
 use tests::system::{System, attempt, install, run};
 
-/// The package as it is on the disk of an installed system.
+/// The main pages of the manual.
 const MANUAL: [&str; 3] = ["axisd.8", "axisctl.1", "axisd.toml.5"];
 
 fn exists(path: &str) -> bool {

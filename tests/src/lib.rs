@@ -22,7 +22,6 @@ pub mod parameters;
 mod peer;
 mod process;
 mod service_manager;
-
 pub mod system;
 mod temp;
 mod vcan;

@@ -233,7 +233,7 @@ impl Stage {
     fn check_memory(&self) {
         for dictionary in [self.node.communication(), self.device.dictionary()] {
             for (address, entry) in dictionary.schema().entries() {
-                let slot = dictionary.find(address).expect("an entry of its own");
+                let slot = dictionary.schema().slot(address).expect("an entry of its own");
                 let Some(Value::Bytes(bytes)) = dictionary.value(slot) else { continue };
                 let initial = match &entry.initial {
                     Initial::Value(Value::Bytes(initial)) => initial.len(),

@@ -68,9 +68,21 @@ impl Dictionary {
         for (value, (_, entry)) in self.values.iter_mut().zip(self.schema.entries()) {
             *value = entry.power_on(self.node_id);
         }
-        self.restore();
+        self.restore(|_| true);
         self.written.clear();
         self.is_written.fill(false);
+        self.revision += 1;
+    }
+
+    /// Gives every entry of the `selected` objects its power-on value again, as if that part alone had been switched
+    /// off.
+    pub fn restart(&mut self, selected: impl Fn(u16) -> bool) {
+        for (value, (address, entry)) in self.values.iter_mut().zip(self.schema.entries()) {
+            if selected(address.index) {
+                *value = entry.power_on(self.node_id);
+            }
+        }
+        self.restore(selected);
         self.revision += 1;
     }
 

@@ -129,10 +129,10 @@ impl Dictionary {
         entry.is_parameter() && self.check_stored(slot, entry, bytes).is_ok()
     }
 
-    /// Puts the stored values in the place of the defaults.
-    pub(crate) fn restore(&mut self) {
+    /// Puts the stored values of the `selected` objects in the place of the defaults.
+    pub(crate) fn restore(&mut self, selected: impl Fn(u16) -> bool) {
         let saved = core::mem::take(&mut self.saved);
-        for (address, bytes) in saved.iter() {
+        for (address, bytes) in saved.iter().filter(|(address, _)| selected(address.index)) {
             if let Some(slot) = self.schema.slot(address) {
                 self.put(slot, Data::Bytes(bytes));
             }

@@ -102,6 +102,21 @@ fn stored_values_take_effect_with_the_next_reset() {
 }
 
 #[test]
+fn a_part_that_starts_anew_has_its_power_on_values_and_leaves_the_others() {
+    let mut dictionary = written();
+    dictionary.set_saved(dictionary.save(|index| index == 0x2000));
+    write(&mut dictionary, 0x2000, &[9, 0, 0]);
+    write(&mut dictionary, 0x2005, b"other");
+    write(&mut dictionary, 0x6000, &[9, 0]);
+    let before = dictionary.revision();
+    dictionary.restart(|index| index < 0x6000);
+    assert_eq!(value(&dictionary, 0x2000), Value::Fixed(0x0001_0203), "stored");
+    assert_eq!(value(&dictionary, 0x2005), Value::bytes(b""), "the default");
+    assert_eq!(value(&dictionary, 0x6000), Value::Fixed(9));
+    assert_ne!(dictionary.revision(), before);
+}
+
+#[test]
 fn nothing_stored_means_defaults() {
     let mut dictionary = written();
     dictionary.set_saved(dictionary.save(|_| true));

@@ -27,7 +27,7 @@ use canopen::{
     BusState, Cause, Emergency, ErrorRegister, Event, Frame, Id, NmtState, Node, NodeError, Router,
 };
 use od::Instant;
-use profiles::{Device, DeviceEvent, PlantSetup, Profile};
+use profiles::{Device, DeviceEvent, Fault, PlantSetup, Profile, StoreOrder};
 use thiserror::Error;
 
 use deadlines::Deadlines;
@@ -121,6 +121,8 @@ struct Unit {
     device: Device,
     members: Range<usize>,
     storing: Option<Storing>,
+    /// What the device itself wants to be stored, once what is under way is.
+    wanted: Option<StoreOrder>,
 }
 
 /// A frame on its way to our nodes.
@@ -191,7 +193,7 @@ impl Core {
         // Defaults of the application that depend on a Node-ID follow the first.
         let node_id = plan.nodes.first().map_or(0, |(_, node_id)| *node_id);
         let device = Device::with_plant(Arc::clone(&plan.profile), node_id, now, &plan.plant);
-        self.units.push(Unit { device, members: first..self.members.len(), storing: None });
+        self.units.push(Unit { device, members: first..self.members.len(), storing: None, wanted: None });
         Ok(())
     }
 
@@ -412,11 +414,18 @@ impl Core {
                 notice.into_iter().for_each(|n| note(notices, counters, unit, n));
             }
         }
+        let mut wanted = None;
         while let Some(event) = device.poll_event() {
-            let notice = tell(event, members);
-            note(notices, counters, unit, notice);
+            match event {
+                DeviceEvent::Raised(fault) => note(notices, counters, unit, raise(fault, members)),
+                DeviceEvent::Cleared(code) => note(notices, counters, unit, clear(code, members)),
+                DeviceEvent::Store(order) => wanted = Some(order),
+            }
         }
         ordered.into_iter().for_each(|(number, order)| self.order(now, unit, number, order));
+        if let Some(order) = wanted {
+            self.order_of_device(unit, order);
+        }
     }
 
     /// Samples what the device now shows and queues what its nodes have to say.
@@ -456,21 +465,18 @@ fn others(routers: &[Router], link: LinkId, id: Id, sender: Option<u16>) -> impl
     receivers.iter().copied().filter(move |receiver| Some(*receiver) != sender)
 }
 
-/// Passes an event of the device on to its nodes.
-fn tell(event: DeviceEvent, members: &mut [Member]) -> Notice {
-    let nodes = members.iter_mut().map(|member| &mut member.node);
-    match event {
-        DeviceEvent::Raised(fault) => {
-            let register = ErrorRegister::from_bits_retain(fault.register);
-            let emergency = Emergency { code: fault.code, register, detail: fault.detail };
-            nodes.for_each(|node| node.raise(emergency));
-            Notice::Fault(fault.code)
-        }
-        DeviceEvent::Cleared(code) => {
-            nodes.for_each(|node| node.clear(code));
-            Notice::FaultOver(code)
-        }
-    }
+/// Lets the nodes of a device tell its fault.
+fn raise(fault: Fault, members: &mut [Member]) -> Notice {
+    let register = ErrorRegister::from_bits_retain(fault.register);
+    let emergency = Emergency { code: fault.code, register, detail: fault.detail };
+    members.iter_mut().for_each(|member| member.node.raise(emergency));
+    Notice::Fault(fault.code)
+}
+
+/// Lets them tell that the one with this code is over.
+fn clear(code: u16, members: &mut [Member]) -> Notice {
+    members.iter_mut().for_each(|member| member.node.clear(code));
+    Notice::FaultOver(code)
 }
 
 fn note(notices: &mut VecDeque<(usize, Notice)>, counters: &mut Counters, unit: usize, notice: Notice) {

@@ -284,10 +284,11 @@ impl CoreLoop {
 
     /// Passes orders to store on, and what became of earlier ones back.
     fn serve_storage(&mut self, now: Instant) {
-        while let Some((device, parameters)) = self.core.poll_store() {
-            self.storage.submit(device, parameters);
-        }
-        while let Some(Done { device, outcome }) = self.storage.poll() {
+        loop {
+            while let Some((device, parameters)) = self.core.poll_store() {
+                self.storage.submit(device, parameters);
+            }
+            let Some(Done { device, outcome }) = self.storage.poll() else { return };
             self.reporter.stored(now, device, outcome.as_ref().err());
             self.core.stored(now, device, outcome.map_err(|failure| failure.code()));
             self.transmit(now);

@@ -160,6 +160,57 @@ fn values_that_fit_no_more_are_counted() {
     assert_eq!(bench.send("601#4081600000000000"), ["581#4381600001020304"]);
 }
 
+/// V_SOLL of the motor.
+fn v_soll(bench: &mut Bench) -> Vec<String> {
+    bench.send("601#4012200500000000")
+}
+
+#[test]
+fn a_motor_that_is_told_to_save_and_reset_does_both_and_its_client_need_not_wait() {
+    let mut bench = Bench::new(&[&[(0, 1)]]);
+    bench.write(1, 0x2012, 5, &[0x39, 0x05, 0, 0]);
+    bench.write(1, 0x6081, 0, &[1, 2, 3, 4]);
+    assert_eq!(bench.send("601#231220D302000000"), ["581#601220D300000000"]);
+    bench.write(1, 0x2012, 6, &[77, 0, 0, 0]);
+    let parameters = obey(&mut bench);
+    assert_eq!(parameters.application.get(Address::new(0x2012, 5)), Some(&[0x39, 5, 0, 0][..]));
+    assert_eq!(parameters.application.get(Address::new(0x6081, 0)), None, "the motor's registers alone");
+    assert_eq!(v_soll(&mut bench), ["581#4312200539050000"]);
+    assert_eq!(
+        bench.send("601#4012200600000000"),
+        ["581#4312200614000000"],
+        "reset: what came later is gone"
+    );
+    assert_eq!(bench.send("601#4081600000000000"), ["581#4381600001020304"], "the module was not reset");
+
+    let (mut bench, _) = start_with(&[(0, 1)], parameters);
+    assert_eq!(v_soll(&mut bench), ["581#4312200539050000"]);
+}
+
+#[test]
+fn a_motor_waits_until_a_node_has_stored() {
+    let mut bench = Bench::new(&[&[(0, 1)]]);
+    bench.write(1, 0x2012, 5, &[0x39, 0x05, 0, 0]);
+    bench.send(SAVE_ALL);
+    bench.send("601#231220D302000000");
+    obey(&mut bench);
+    let of_motor = obey(&mut bench);
+    assert!(of_motor.application.get(Address::new(0x2012, 5)).is_some());
+    assert!(bench.core.poll_store().is_none());
+}
+
+#[test]
+fn a_motor_that_could_not_be_saved_runs_on() {
+    let mut bench = Bench::new(&[&[(0, 1)]]);
+    bench.write(1, 0x2012, 5, &[0x39, 0x05, 0, 0]);
+    bench.send("601#231220D302000000");
+    bench.core.poll_store().unwrap();
+    bench.core.stored(bench.now, 0, Err(AbortCode::Hardware));
+    assert_eq!(v_soll(&mut bench), ["581#4312200539050000"]);
+    bench.send("000#8101");
+    assert_eq!(v_soll(&mut bench), ["581#43122005D2000000"], "the default");
+}
+
 fn node(communication: Saved) -> NodeParameters {
     NodeParameters { communication, ..NodeParameters::default() }
 }

@@ -275,6 +275,8 @@ bindings! {
     DigitalOutputsMask = "digital_outputs_mask",
     /// JVL 0x2010: commands to the module.
     JvlCommand = "jvl_command",
+    /// JVL: FastMac command to the motor.
+    JvlFastMac = "jvl_fastmac",
     /// JVL 0x2011:01: inputs of the module.
     JvlInputs = "jvl_inputs",
     /// JVL 0x2011:03: state of the motor in bits.

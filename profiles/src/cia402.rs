@@ -21,6 +21,7 @@ pub use fault::Fault;
 pub(crate) use limits::of_motor as limits_of;
 pub use modes::Mode;
 pub(crate) use modes::is_homing_method;
+pub(crate) use options::AbortConnection;
 pub(crate) use ramps::{JERK_LIMITED, LINEAR};
 pub(crate) use rpm::RpmUnits;
 pub(crate) use set_points::SetPoints;

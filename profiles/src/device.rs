@@ -1,6 +1,7 @@
 //! A device: one object dictionary and the axes behind it.
 
 mod plant;
+mod storage;
 mod unit;
 
 use std::collections::VecDeque;
@@ -13,9 +14,11 @@ use crate::cia402::{Fault, Mode, State, Statusword};
 use crate::simulated::servo;
 use crate::{Binding, PlantSetup, Profile};
 
+use storage::Storing;
 use unit::Unit;
 
 pub use plant::NoPlant;
+pub use storage::{Keep, StoreOrder};
 
 /// What the buses of a device are to tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +27,8 @@ pub enum DeviceEvent {
     Raised(Fault),
     /// The fault with this error code is gone.
     Cleared(u16),
+    /// The device itself wants its power-on values changed; [`Device::stored`] tells it what became of that.
+    Store(StoreOrder),
 }
 
 /// One axis of a device, for display.
@@ -53,6 +58,8 @@ pub struct Device {
     bound: Vec<(Slot, u8, Binding)>,
     units: Vec<Unit>,
     events: VecDeque<DeviceEvent>,
+    /// What is being stored on the device's own order.
+    storing: Option<Storing>,
     dropped_steps: u64,
 }
 
@@ -93,8 +100,15 @@ impl Device {
         };
         let units = axes.map(unit).collect();
         let dictionary = Dictionary::new(schema, node_id);
-        let mut device =
-            Self { profile, dictionary, bound, units, events: VecDeque::new(), dropped_steps: 0 };
+        let mut device = Self {
+            profile,
+            dictionary,
+            bound,
+            units,
+            events: VecDeque::new(),
+            storing: None,
+            dropped_steps: 0,
+        };
         device.reset(now);
         device
     }
@@ -120,6 +134,11 @@ impl Device {
     pub fn apply(&mut self, now: Instant) {
         while let Some(slot) = self.dictionary.take_written() {
             self.profile.registers.normalise(&mut self.dictionary, slot);
+            if let Some(role) = self.profile.registers.role_of(slot)
+                && let Some(unit) = self.units.first_mut()
+            {
+                unit.note_register(role);
+            }
             let Ok(position) = self.bound.binary_search_by_key(&slot, |(bound, ..)| *bound) else { continue };
             let Some((_, axis, binding)) = self.bound.get(position) else { continue };
             if let Some(unit) = self.units.get_mut(usize::from(*axis)) {
@@ -131,6 +150,7 @@ impl Device {
             has_acted |= unit.act(&mut self.dictionary, now);
         }
         if has_acted {
+            self.grant_wishes(now);
             self.publish();
         }
     }
@@ -144,6 +164,7 @@ impl Device {
             has_stepped |= advanced.has_stepped;
         }
         if has_stepped {
+            self.grant_wishes(now);
             self.publish();
         }
     }
@@ -197,9 +218,19 @@ impl Device {
     }
 
     /// Puts a voltage on the analogue input of an axis, if there is such an axis.
-    pub fn set_analog_input(&mut self, axis: usize, voltage: Voltage) {
+    pub fn set_analog_input(&mut self, axis: usize, voltage: Voltage, now: Instant) {
         if let Some(unit) = self.units.get_mut(axis) {
             unit.analog_input = voltage;
+            unit.handle_signals(&mut self.dictionary, now);
+            self.publish();
+        }
+    }
+
+    /// Lets the encoder that gear modes of an axis follow turn at `velocity`, if there is such an axis.
+    pub fn set_external_encoder(&mut self, axis: usize, velocity: Velocity, now: Instant) {
+        if let Some(unit) = self.units.get_mut(axis) {
+            unit.external_encoder = velocity;
+            unit.handle_signals(&mut self.dictionary, now);
             self.publish();
         }
     }

@@ -26,7 +26,7 @@ mod vendor;
 pub use axis::{Input, Position, PositionRange, ScheduledFault, Supply, Voltage};
 pub use binding::{Binding, UnknownBinding};
 pub use cia402::{Command, Controlword, Fault, Mode, State, Statusword, Transition};
-pub use device::{AxisStatus, Device, DeviceEvent, NoPlant};
+pub use device::{AxisStatus, Device, DeviceEvent, Keep, NoPlant, StoreOrder};
 pub use diagnostics::{Diagnostic, Diagnostics, Report, Span, line_and_column};
 pub use error_code::error_text;
 pub use file::reader;

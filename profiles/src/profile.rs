@@ -7,7 +7,9 @@ use od::{AbortCode, Address, DataType, Initial, Schema, Value, Veto, eds};
 
 use crate::cia402::units::factors;
 use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
-use crate::{Binding, Diagnostics, Mode, Motor, Register, RegisterFile, RegisterList, Role, Space, file};
+use crate::{
+    Binding, Diagnostics, Mode, Motor, Register, RegisterFile, RegisterList, Role, Space, file, jvl,
+};
 
 /// Who a device says it is (0x1018; CiA 301 v4.2, section 7.5.2.21); what is `None` stays as its profile has it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -135,6 +137,12 @@ impl Profile {
                 application.set_veto(bound.address, veto);
             }
         }
+        let lists = [&self.motor_registers, &self.module_registers].into_iter().flatten();
+        for register in lists.flat_map(|list| &list.registers) {
+            if let (Some(place), Some(veto)) = (register.place, register.role.and_then(jvl::of_register)) {
+                application.set_veto(place, veto);
+            }
+        }
         self.application = Arc::new(application);
         self
     }
@@ -187,6 +195,18 @@ impl Profile {
         list?.get(number)
     }
 
+    /// Whether the object `index` has registers of motor or module among its entries.
+    #[must_use]
+    pub fn has_registers(&self, space: Space, index: u16) -> bool {
+        let list = match space {
+            Space::Motor => self.motor_registers.as_deref(),
+            Space::Module => self.module_registers.as_deref(),
+        };
+        let mut places =
+            list.into_iter().flat_map(|list| &list.registers).filter_map(|register| register.place);
+        places.any(|place| place.index == index)
+    }
+
     /// How many axes the device has, 0-8.
     #[must_use]
     pub fn axes(&self) -> u8 {
@@ -233,6 +253,7 @@ fn veto(binding: Binding, dialect: Dialect) -> Option<Veto> {
             Some(|_, _, raw| check([LINEAR, JERK_LIMITED].contains(&i64::from(raw as u16 as i16))))
         }
         (Binding::MotionProfileType, Jvl) => Some(|_, _, raw| check(LINEAR == i64::from(raw as u16 as i16))),
+        (Binding::JvlFastMac, _) => Some(jvl::of_fastmac),
         (Binding::ProfileJerkUse, _) => Some(|_, _, raw| check(matches!(raw as u8, 1 | 2 | 4))),
         (Binding::PositioningOption, _) => Some(|_, _, raw| check(has_positioning_options(raw as u16))),
         (Binding::TouchProbeFunction, _) => Some(touch_probe::check_function),

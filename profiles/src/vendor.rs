@@ -2,13 +2,15 @@
 //!
 //! Every vocabulary has the same verbs. It works with the axis and the CiA 402 drive of its unit through a [`Scope`].
 
-use axis::{Axis, Voltage};
+use std::collections::VecDeque;
+
+use axis::{Axis, Velocity, Voltage};
 use od::{Dictionary, Slot};
 
 use crate::cia402::units::Units;
 use crate::cia402::{Context, Drive402, SetPoints, View};
 use crate::slots::{Parameters, Slots};
-use crate::{Binding, Dialect, Motor, RegisterFile, Role, jvl};
+use crate::{Binding, Dialect, Motor, RegisterFile, Role, Space, jvl};
 
 /// The vocabulary of one axis.
 #[derive(Debug)]
@@ -33,6 +35,35 @@ pub(crate) struct Scope<'a> {
     pub(crate) is_referenced: &'a mut bool,
     /// At the analogue input of the motor.
     pub(crate) analog_input: Voltage,
+    /// Speed of the encoder that gear modes follow.
+    pub(crate) external_encoder: Velocity,
+    /// The vocabulary runs the axis.
+    pub(crate) is_lent: bool,
+}
+
+/// What a vocabulary wants of its device. Of equal wishes that wait there is only one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wish {
+    /// Keep these registers, then perhaps reset the motor.
+    Store {
+        /// Which.
+        space: Space,
+        /// Whether the motor starts anew once they are kept.
+        then_reset: bool,
+    },
+    /// Give these registers their defaults.
+    Restore(Space),
+    /// Let the motor start anew with the registers it has kept.
+    Reset,
+}
+
+impl Wish {
+    /// Adds it to those that wait.
+    pub(crate) fn join(self, waiting: &mut VecDeque<Self>) {
+        if !waiting.contains(&self) {
+            waiting.push_back(self);
+        }
+    }
 }
 
 impl Scope<'_> {
@@ -55,6 +86,7 @@ impl Scope<'_> {
             dialect: self.dialect,
             is_referenced: self.is_referenced,
             mode,
+            is_lent: self.is_lent,
         };
         (self.drive, context)
     }
@@ -64,6 +96,11 @@ impl Scope<'_> {
         self.slots.show(self.dictionary, binding, value);
     }
 
+    /// What the register with this role holds; zero if this device has none.
+    pub(crate) fn register(&self, role: Role) -> i32 {
+        self.registers.get(self.dictionary, role).unwrap_or(0)
+    }
+
     /// Shows `value` in the register with this role, if this device has it.
     pub(crate) fn show_register(&mut self, role: Role, value: i32) {
         self.registers.show(self.dictionary, role, value);
@@ -71,10 +108,10 @@ impl Scope<'_> {
 }
 
 impl Vendor {
-    pub(crate) fn new(dialect: Dialect) -> Self {
+    pub(crate) fn new(dialect: Dialect, motor: &Motor) -> Self {
         match dialect {
             Dialect::Cia402 => Self::None,
-            Dialect::Jvl => Self::Jvl(jvl::Module::default()),
+            Dialect::Jvl => Self::Jvl(jvl::Module::new(motor)),
         }
     }
 
@@ -87,6 +124,70 @@ impl Vendor {
         }
     }
 
+    /// Notes that a bus has written the register with this role.
+    pub(crate) fn note_register(&mut self, role: Role) {
+        match self {
+            Self::None => {}
+            Self::Jvl(module) => module.note_register(role),
+        }
+    }
+
+    /// Whether it runs the axis, so that the CiA 402 drive leaves its power alone.
+    pub(crate) fn runs_axis(&self) -> bool {
+        match self {
+            Self::None => false,
+            Self::Jvl(module) => module.runs_axis(),
+        }
+    }
+
+    /// Reacts to the loss of the master.
+    pub(crate) fn connection_lost(&mut self, scope: &mut Scope<'_>) {
+        match self {
+            Self::None => {}
+            Self::Jvl(module) => module.connection_lost(scope),
+        }
+    }
+
+    /// Ramps down, switches off and obeys no more commands.
+    pub(crate) fn shut_down(&mut self, scope: &mut Scope<'_>) {
+        match self {
+            Self::None => {}
+            Self::Jvl(module) => module.shut_down(scope),
+        }
+    }
+
+    /// Whether it shows how the motor cools down, and that goes on.
+    pub(crate) fn is_warm(&self) -> bool {
+        match self {
+            Self::None => false,
+            Self::Jvl(module) => module.is_warm(),
+        }
+    }
+
+    /// Lets time pass in which the axis slept.
+    pub(crate) fn rest(&mut self, seconds: f64) {
+        match self {
+            Self::None => {}
+            Self::Jvl(module) => module.rest(seconds),
+        }
+    }
+
+    /// Starts the motor anew; its registers have their power-on values.
+    pub(crate) fn restart(&mut self, scope: &mut Scope<'_>) {
+        match self {
+            Self::None => {}
+            Self::Jvl(module) => module.restart(scope),
+        }
+    }
+
+    /// The next thing that the device is to do.
+    pub(crate) fn poll_wish(&mut self) -> Option<Wish> {
+        match self {
+            Self::None => None,
+            Self::Jvl(module) => module.poll_wish(),
+        }
+    }
+
     /// Acts on what was noted.
     pub(crate) fn act(&mut self, scope: &mut Scope<'_>) {
         match self {
@@ -96,9 +197,10 @@ impl Vendor {
     }
 
     /// Follows the axis after a raster step.
-    pub(crate) fn step(&mut self, _scope: &mut Scope<'_>) {
+    pub(crate) fn step(&mut self, scope: &mut Scope<'_>) {
         match self {
-            Self::None | Self::Jvl(_) => {}
+            Self::None => {}
+            Self::Jvl(module) => module.step(scope),
         }
     }
 
@@ -114,7 +216,7 @@ impl Vendor {
     pub(crate) fn outputs(&self, drive: &Drive402, view: View<'_>, standard: u32) -> u32 {
         match self {
             Self::None => standard,
-            Self::Jvl(_) => jvl::outputs(drive, view, standard),
+            Self::Jvl(module) => module.outputs(drive, view, standard),
         }
     }
 }

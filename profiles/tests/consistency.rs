@@ -138,6 +138,7 @@ proptest! {
                         prop_assert_eq!(standing, Some(code), "what is cleared has stood");
                         None
                     }
+                    DeviceEvent::Store(_) => standing,
                 };
             }
         }

@@ -100,7 +100,7 @@ fn the_analogue_input_counts_1023_at_10_volts() {
     let profile = Profile::parse("test.toml", &text.replacen("object = [", object, 1), None).unwrap();
     let mut bench = Bench::of(profile);
     for (volts, counts) in [(10.0, 1023), (-5.0, -512), (0.01, 1), (24.0, 1023), (0.0, 0)] {
-        bench.device.set_analog_input(0, Voltage(volts));
+        bench.device.set_analog_input(0, Voltage(volts), bench.now);
         assert_eq!(bench.get(0x2101), counts, "{volts} V");
     }
 }

@@ -48,7 +48,7 @@ fn repair(bench: &mut Bench, repair: Repair) {
 fn raised(bench: &mut Bench) -> Vec<u16> {
     let code = |event| match event {
         DeviceEvent::Raised(fault) => Some(fault.code),
-        DeviceEvent::Cleared(_) => None,
+        DeviceEvent::Cleared(_) | DeviceEvent::Store(_) => None,
     };
     bench.events().into_iter().filter_map(code).collect()
 }

@@ -6,6 +6,7 @@
 
 use canopen::{Emergency, ErrorRegister, LssSetting, Order};
 use od::{AbortCode, Instant, Saved};
+use profiles::StoreOrder;
 
 use super::{Core, Member, Unit};
 
@@ -46,8 +47,8 @@ impl Parameters {
 /// An order under way.
 #[derive(Debug)]
 pub(super) struct Storing {
-    /// The node that gave it.
-    member: usize,
+    /// The node that gave it; none if it was the device itself.
+    member: Option<usize>,
     parameters: Parameters,
 }
 
@@ -99,16 +100,24 @@ impl Core {
                 node.clear(PARAMETERS_LOST);
             }
         }
-        if let Some(Member { node, .. }) = self.members.get_mut(member) {
-            node.stored(now, outcome);
+        match member {
+            Some(member) => {
+                let member = self.members.get_mut(member);
+                member.into_iter().for_each(|Member { node, .. }| node.stored(now, outcome));
+            }
+            None => unit.device.stored(now, outcome.is_ok()),
         }
+        if let Some(order) = self.units.get_mut(device).and_then(|unit| unit.wanted.take()) {
+            self.order_of_device(device, order);
+        }
+        self.settle(now, device);
         self.speak(now, device);
         self.pass(now);
     }
 
     /// Takes the order that a node of `unit` has given.
     pub(super) fn order(&mut self, now: Instant, unit: usize, member: usize, order: Order) {
-        let Some(Unit { device, members: own, storing }) = self.units.get_mut(unit) else { return };
+        let Some(Unit { device, members: own, storing, .. }) = self.units.get_mut(unit) else { return };
         let members = self.members.get_mut(own.clone()).unwrap_or_default();
         let numbered = own.clone().zip(members);
         if storing.is_some() {
@@ -130,7 +139,25 @@ impl Core {
         };
         let nodes = numbered.map(saved).collect();
         let application = order.apply(device.dictionary());
-        *storing = Some(Storing { member, parameters: Parameters { application, nodes } });
+        *storing = Some(Storing { member: Some(member), parameters: Parameters { application, nodes } });
+        self.orders.push_back(unit);
+    }
+
+    /// Takes the order that a device itself has given; it waits for one that is under way.
+    pub(super) fn order_of_device(&mut self, unit: usize, order: StoreOrder) {
+        let Some(Unit { device, members: own, storing, wanted }) = self.units.get_mut(unit) else { return };
+        if storing.is_some() {
+            *wanted = Some(order);
+            return;
+        }
+        let members = self.members.get(own.clone()).unwrap_or_default();
+        let kept = |Member { node, .. }: &Member| NodeParameters {
+            communication: node.communication().saved().clone(),
+            lss: node.lss_stored(),
+        };
+        let nodes = members.iter().map(kept).collect();
+        let application = device.to_store(order);
+        *storing = Some(Storing { member: None, parameters: Parameters { application, nodes } });
         self.orders.push_back(unit);
     }
 }

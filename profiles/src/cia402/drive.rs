@@ -23,9 +23,26 @@ pub(crate) struct Context<'a> {
     pub(crate) is_referenced: &'a mut bool,
     /// The mode in effect when the drive was called.
     pub(crate) mode: Mode,
+    /// The vendor's own words run the axis; the drive leaves its power alone until it operates or there is a fault.
+    pub(crate) is_lent: bool,
 }
 
 impl Context<'_> {
+    /// Switches the axis off, unless others run it.
+    fn power_off(&mut self) {
+        if !self.is_lent {
+            self.axis.power_off();
+        }
+    }
+
+    /// Takes the axis over from others, with the limits and reactions of the objects.
+    fn take_over(&mut self) {
+        if self.is_lent {
+            self.apply_limits();
+            options::guard_axis(self);
+        }
+    }
+
     /// Puts the limits of the objects on the axis.
     pub(crate) fn apply_limits(&mut self) {
         limits::apply(self);
@@ -194,7 +211,7 @@ impl Drive402 {
             context.axis.stop(context.quick_stop_ramp());
             self.mode.suspend();
         } else if !matches!(self.state, State::QuickStopActive | State::FaultReactionActive) {
-            context.axis.power_off();
+            context.power_off();
         }
     }
 
@@ -214,9 +231,40 @@ impl Drive402 {
 
     /// Goes to FAULT REACTION ACTIVE, unless there is a fault already.
     pub(crate) fn raise(&mut self, fault: Fault, context: &mut Context<'_>) {
-        if !matches!(self.state, State::FaultReactionActive | State::Fault) {
+        if !self.has_failed() {
             self.fault = Some(fault);
             self.perform(Transition::FaultOccurred, context);
+        }
+    }
+
+    /// Goes to FAULT REACTION ACTIVE with a fault that the motor has found, unless there is one already. The motor
+    /// brakes with `ramp`, or coasts.
+    pub(crate) fn fail(&mut self, fault: Fault, ramp: Option<Acceleration>, context: &mut Context<'_>) {
+        if self.has_failed() {
+            return;
+        }
+        self.fault = Some(fault);
+        self.go_to(Transition::FaultOccurred);
+        match ramp {
+            Some(ramp) if context.axis.status().motion != Motion::Off => context.axis.stop(ramp),
+            Some(_) | None => context.axis.cut_power(),
+        }
+    }
+
+    /// Whether the drive is in a fault, or about to be.
+    pub(crate) fn has_failed(&self) -> bool {
+        matches!(self.state, State::FaultReactionActive | State::Fault)
+    }
+
+    /// Whether the drive moves the axis, or brings it to rest.
+    pub(crate) fn operates(&self) -> bool {
+        matches!(self.state, State::OperationEnabled | State::QuickStopActive | State::FaultReactionActive)
+    }
+
+    /// Resets an error of the motor, as the motor itself can; not that of a limit switch.
+    pub(crate) fn reset_motor_error(&mut self, context: &mut Context<'_>) {
+        if self.state == State::Fault && self.fault != Some(Fault::limit_switch()) && !self.is_shutting_down {
+            self.reset_fault(context);
         }
     }
 
@@ -255,7 +303,7 @@ impl Drive402 {
     fn obey(&mut self, command: Command, context: &mut Context<'_>) {
         if self.is_enabling && command != Command::EnableOperation {
             self.is_enabling = false;
-            context.axis.power_off();
+            context.power_off();
         }
         if command == Command::EnableOperation && self.leaving.take().is_some() {
             self.begin(context);
@@ -381,14 +429,21 @@ impl Drive402 {
         }
     }
 
-    fn perform(&mut self, transition: Transition, context: &mut Context<'_>) {
+    fn go_to(&mut self, transition: Transition) {
         self.state = transition.target();
         self.leaving = None;
         self.is_changing = false;
         self.is_enabling = false;
+    }
+
+    fn perform(&mut self, transition: Transition, context: &mut Context<'_>) {
+        self.go_to(transition);
         match transition {
             Transition::Start | Transition::Initialised => {}
-            Transition::EnableOperation | Transition::Resume => self.begin(context),
+            Transition::EnableOperation | Transition::Resume => {
+                context.take_over();
+                self.begin(context);
+            }
             Transition::QuickStop => match QuickStopOption::of(context.parameters).ramp {
                 Some(ramp) => context.axis.stop(ramp.rate(context)),
                 None => self.perform(Transition::QuickStopDone, context),
@@ -404,7 +459,7 @@ impl Drive402 {
             | Transition::DisableVoltageEnabled
             | Transition::DisableVoltageSwitchedOn
             | Transition::QuickStopDone
-            | Transition::FaultReacted => context.axis.power_off(),
+            | Transition::FaultReacted => context.power_off(),
         }
     }
 

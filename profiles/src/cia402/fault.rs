@@ -45,6 +45,11 @@ impl Fault {
         Self { code: 0x1002, register: 0, detail: [0; 5] }
     }
 
+    /// An error that JVL's motor has found (module manual, section 4.3.18).
+    pub(crate) fn motor() -> Self {
+        Self { code: 0x1001, register: 0, detail: [0; 5] }
+    }
+
     /// The same fault with the number of its axis, from 1 on, in the first byte of the detail: for devices with
     /// several axes.
     pub(crate) fn on_axis(mut self, number: u8) -> Self {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use core::time::Duration;
 
-use axis::{Axis, Period, ServoConfig, SimulatedServo, Voltage};
+use axis::{Axis, Period, ServoConfig, SimulatedServo, Velocity, Voltage};
 use od::{Dictionary, Instant, Schema, Slot};
 
 use crate::cia402::touch_probe::TouchProbe;
@@ -14,11 +14,14 @@ use crate::cia402::units::{Units, factors};
 use crate::cia402::{Context, Drive402, Fault, SetPoints};
 use crate::raster::Alignment;
 use crate::slots::{Parameters, Slots};
-use crate::vendor::{Scope, Vendor};
-use crate::{Binding, Dialect, Motor, Profile, RegisterFile};
+use crate::vendor::{Scope, Vendor, Wish};
+use crate::{Binding, Dialect, Motor, Profile, RegisterFile, Role};
 
 /// Simulated time that one call of [`Unit::advance`] catches up at most.
 const MAX_CATCH_UP: Duration = Duration::from_millis(20);
+
+/// How often an axis that sleeps looks how warm it is, if its vendor shows that.
+const DOZE: Duration = Duration::from_millis(100);
 
 /// What becomes of 0x6093 when factors were written.
 #[derive(Clone, Copy, Debug, Default)]
@@ -59,10 +62,14 @@ pub(super) struct Unit {
     is_referenced: bool,
     touch_probe: TouchProbe,
     pub(super) analog_input: Voltage,
+    /// Speed of the encoder that gear modes follow.
+    pub(super) external_encoder: Velocity,
     /// When it was stepped last, or made.
     stepped: Instant,
     /// When the next raster step is due; none while the axis is off and at rest.
     pub(super) next: Option<Instant>,
+    /// That step is far off: the axis sleeps but for looking how warm it is.
+    is_dozing: bool,
     alignment: Alignment,
     written: Written,
     /// Set-points that were written since the drive last acted.
@@ -99,12 +106,14 @@ impl Unit {
             motor: motor.clone(),
             axis: Axis::new(period, crate::cia402::limits_of(motor), Box::new(drive)),
             drive: Drive402::new(profile.dialect),
-            vendor: Vendor::new(profile.dialect),
+            vendor: Vendor::new(profile.dialect, motor),
             is_referenced: false,
             touch_probe: TouchProbe::default(),
             analog_input: Voltage(0.0),
+            external_encoder: Velocity(0.0),
             stepped: now,
             next: Some(now + Duration::from_nanos(period.nanos())),
+            is_dozing: false,
             alignment: Alignment::default(),
             written: Written::default(),
             set_points: SetPoints::empty(),
@@ -128,6 +137,18 @@ impl Unit {
         }
     }
 
+    /// Notes that a bus has written the register with this role.
+    pub(super) fn note_register(&mut self, role: Role) {
+        self.vendor.note_register(role);
+        self.written.vendor = true;
+    }
+
+    /// The signals at the inputs of the motor are others now.
+    pub(super) fn handle_signals(&mut self, dictionary: &mut Dictionary, now: Instant) {
+        self.written.vendor = true;
+        self.act(dictionary, now);
+    }
+
     /// Acts on what was written, if anything was: parameters before the controlword.
     pub(super) fn act(&mut self, dictionary: &mut Dictionary, now: Instant) -> bool {
         let written = core::mem::take(&mut self.written);
@@ -145,7 +166,7 @@ impl Unit {
             drive.handle_parameters(&mut context);
             touch_probe.update(context.parameters);
         }
-        if written.vendor {
+        if written.vendor || written.parameters {
             let (vendor, mut scope) = self.scope(dictionary);
             vendor.act(&mut scope);
         }
@@ -172,13 +193,19 @@ impl Unit {
             }
             simulated += period;
             self.step(dictionary, due);
-            self.next = (!self.axis.is_quiet()).then(|| due + period);
+            let is_quiet = self.axis.is_quiet();
+            self.is_dozing = is_quiet && self.vendor.is_warm();
+            let pause = if self.is_dozing { DOZE } else { period };
+            self.next = (!is_quiet || self.is_dozing).then(|| due + pause);
             advanced.has_stepped = true;
         }
         advanced
     }
 
     fn step(&mut self, dictionary: &mut Dictionary, due: Instant) {
+        if core::mem::take(&mut self.is_dozing) {
+            self.rest(due);
+        }
         self.axis.step();
         self.stepped = due;
         let (drive, touch_probe, mut context) = self.split(dictionary);
@@ -193,7 +220,7 @@ impl Unit {
         self.axis.power_off();
         self.axis.reset_fault();
         self.drive = Drive402::new(self.dialect);
-        self.vendor = Vendor::new(self.dialect);
+        self.vendor = Vendor::new(self.dialect, &self.motor);
         self.is_referenced = false;
         self.touch_probe = TouchProbe::default();
         self.shown_fault = None;
@@ -202,13 +229,15 @@ impl Unit {
         self.read_units(dictionary);
         let (drive, _, mut context) = self.split(dictionary);
         drive.handle_parameters(&mut context);
-        self.wake(now);
+        self.schedule(now);
     }
 
     /// Ramps down, switches off and obeys no more commands.
     pub(super) fn shut_down(&mut self, dictionary: &mut Dictionary, now: Instant) {
         let (drive, _, mut context) = self.split(dictionary);
         drive.shut_down(&mut context);
+        let (vendor, mut scope) = self.scope(dictionary);
+        vendor.shut_down(&mut scope);
         self.wake(now);
     }
 
@@ -216,7 +245,21 @@ impl Unit {
     pub(super) fn connection_lost(&mut self, dictionary: &mut Dictionary, now: Instant) {
         let (drive, _, mut context) = self.split(dictionary);
         drive.connection_lost(&mut context);
+        let (vendor, mut scope) = self.scope(dictionary);
+        vendor.connection_lost(&mut scope);
         self.wake(now);
+    }
+
+    /// Starts the motor anew; its registers have their power-on values.
+    pub(super) fn restart_motor(&mut self, dictionary: &mut Dictionary, now: Instant) {
+        let (vendor, mut scope) = self.scope(dictionary);
+        vendor.restart(&mut scope);
+        self.schedule(now);
+    }
+
+    /// The next thing that the vendor's vocabulary wants of the device.
+    pub(super) fn poll_wish(&mut self) -> Option<Wish> {
+        self.vendor.poll_wish()
     }
 
     /// The vocabulary of the vendor, and what it works with.
@@ -232,6 +275,8 @@ impl Unit {
             dialect: self.dialect,
             is_referenced: &mut self.is_referenced,
             analog_input: self.analog_input,
+            external_encoder: self.external_encoder,
+            is_lent: self.vendor.runs_axis(),
         };
         (&mut self.vendor, scope)
     }
@@ -251,6 +296,7 @@ impl Unit {
             dialect: self.dialect,
             mode,
             is_referenced: &mut self.is_referenced,
+            is_lent: self.vendor.runs_axis(),
         };
         (&mut self.drive, &mut self.touch_probe, context)
     }
@@ -287,11 +333,18 @@ impl Unit {
         }
     }
 
-    /// Schedules the next step. An axis that has slept meanwhile has cooled down.
+    /// Schedules the next step.
     pub(super) fn schedule(&mut self, now: Instant) {
-        if self.next.is_none() {
-            self.axis.rest(now.saturating_since(self.stepped).as_secs_f64());
+        if self.next.is_none() || core::mem::take(&mut self.is_dozing) {
+            self.rest(now);
             self.next = Some(now + Duration::from_nanos(self.axis.period().nanos()));
         }
+    }
+
+    /// An axis that has slept has cooled down.
+    fn rest(&mut self, now: Instant) {
+        let seconds = now.saturating_since(self.stepped).as_secs_f64();
+        self.axis.rest(seconds);
+        self.vendor.rest(seconds);
     }
 }

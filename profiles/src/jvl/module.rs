@@ -1,41 +1,185 @@
 //! What JVL's modules show beside the CiA 402 objects (module manual, sections 4.3.5 and 4.3.7).
 
+use std::collections::VecDeque;
+
 use axis::{Level, Levels, Motion, Status, Voltage};
 use bitflags::bitflags;
+
+use super::command::Command;
+use super::fastmac::FastMac;
+use super::motor::MacMotor;
 
 use crate::cia402::units;
 use crate::cia402::{Drive402, View};
 use crate::slots::Parameters;
-use crate::vendor::Scope;
-use crate::{Binding, Fault, Role, State, Statusword};
+use crate::vendor::{Scope, Wish};
+use crate::{Binding, Fault, Motor, MotorKind, Role, Space, State, Statusword};
 
-/// The module of one axis.
-#[derive(Debug, Default)]
+/// The module of one axis, and the motor behind it.
+#[derive(Debug)]
 pub(crate) struct Module {
+    /// 0x2010 was written.
     is_commanded: bool,
+    /// 0x2013 was written.
+    has_fastmac: bool,
+    /// What the command register of the module was last.
+    command: u32,
+    motor: Registers,
+    wishes: VecDeque<Wish>,
+}
+
+/// Whose registers are alive.
+#[derive(Debug)]
+enum Registers {
+    /// Nobody's but the two that every motor has.
+    Plain,
+    Mac(Box<MacMotor>),
 }
 
 impl Module {
+    /// A module on this motor, just switched on.
+    pub(crate) fn new(motor: &Motor) -> Self {
+        let motor = match motor.kind {
+            MotorKind::Servo => {
+                MacMotor::of(motor).map_or(Registers::Plain, |motor| Registers::Mac(Box::new(motor)))
+            }
+            MotorKind::Stepper => Registers::Plain,
+        };
+        Self { is_commanded: false, has_fastmac: false, command: 0, motor, wishes: VecDeque::new() }
+    }
+
     /// Notes that `binding` was written; whether that is for the module alone.
     pub(crate) fn note(&mut self, binding: Binding) -> bool {
         let is_command = binding == Binding::JvlCommand;
+        let is_fastmac = binding == Binding::JvlFastMac;
         self.is_commanded |= is_command;
-        is_command
+        self.has_fastmac |= is_fastmac;
+        is_command || is_fastmac
     }
 
-    /// Carries out the command that was written.
-    pub(crate) fn act(&mut self, scope: &mut Scope<'_>) {
-        let is_commanded = core::mem::take(&mut self.is_commanded);
-        if is_commanded && scope.parameters().or(Binding::JvlCommand, 0) == RESET_LIMIT_ERROR {
-            let (drive, mut context) = scope.drive();
-            drive.reset_limit_error(&mut context);
+    /// Notes that the register with this role was written.
+    pub(crate) fn note_register(&mut self, role: Role) {
+        match &mut self.motor {
+            Registers::Plain => {}
+            Registers::Mac(motor) => motor.note(role),
         }
     }
 
+    /// Whether the motor runs the axis by its registers.
+    pub(crate) fn runs_axis(&self) -> bool {
+        match &self.motor {
+            Registers::Plain => false,
+            Registers::Mac(motor) => motor.runs_axis(),
+        }
+    }
+
+    /// Acts on registers that were written, then on commands.
+    pub(crate) fn act(&mut self, scope: &mut Scope<'_>) {
+        match &mut self.motor {
+            Registers::Plain => {}
+            Registers::Mac(motor) => motor.act(scope),
+        }
+        if core::mem::take(&mut self.is_commanded)
+            && scope.parameters().or(Binding::JvlCommand, 0) == RESET_LIMIT_ERROR
+        {
+            let (drive, mut context) = scope.drive();
+            drive.reset_limit_error(&mut context);
+        }
+        let fastmac = scope.parameters().or(Binding::JvlFastMac, 0) as u8;
+        if core::mem::take(&mut self.has_fastmac)
+            && let Some(command) = FastMac::from_number(fastmac)
+        {
+            match &mut self.motor {
+                Registers::Plain => {}
+                Registers::Mac(motor) => motor.command(command, scope),
+            }
+        }
+        self.obey(scope);
+    }
+
+    /// Carries out the command register, if it has changed.
+    fn obey(&mut self, scope: &mut Scope<'_>) {
+        let command = scope.register(Role::ModuleCommand).cast_unsigned();
+        if core::mem::replace(&mut self.command, command) == command {
+            return;
+        }
+        match Command::of(command) {
+            Command::None => {}
+            Command::SaveModule => self.store(Space::Module),
+            Command::RestoreModule => Wish::Restore(Space::Module).join(&mut self.wishes),
+            Command::ResetMotor => Wish::Reset.join(&mut self.wishes),
+            Command::SaveMotor => self.store(Space::Motor),
+            Command::Motor(number) => match &mut self.motor {
+                Registers::Plain => {}
+                Registers::Mac(motor) => motor.handle_command(number, scope),
+            },
+        }
+    }
+
+    fn store(&mut self, space: Space) {
+        Wish::Store { space, then_reset: false }.join(&mut self.wishes);
+    }
+
+    /// Follows the axis after a raster step.
+    pub(crate) fn step(&mut self, scope: &mut Scope<'_>) {
+        match &mut self.motor {
+            Registers::Plain => {}
+            Registers::Mac(motor) => motor.step(scope),
+        }
+    }
+
+    /// Whether the motor is still cooling down.
+    pub(crate) fn is_warm(&self) -> bool {
+        match &self.motor {
+            Registers::Plain => false,
+            Registers::Mac(motor) => motor.is_warm(),
+        }
+    }
+
+    /// Lets time pass in which the axis slept.
+    pub(crate) fn rest(&mut self, seconds: f64) {
+        match &mut self.motor {
+            Registers::Plain => {}
+            Registers::Mac(motor) => motor.rest(seconds),
+        }
+    }
+
+    /// Reacts to the loss of the master.
+    pub(crate) fn connection_lost(&mut self, scope: &mut Scope<'_>) {
+        match &mut self.motor {
+            Registers::Plain => {}
+            Registers::Mac(motor) => motor.connection_lost(scope),
+        }
+    }
+
+    /// Ramps down, switches off and obeys no more commands.
+    pub(crate) fn shut_down(&mut self, scope: &mut Scope<'_>) {
+        match &mut self.motor {
+            Registers::Plain => {}
+            Registers::Mac(motor) => motor.shut_down(scope),
+        }
+    }
+
+    /// Starts the motor anew; its registers have their power-on values.
+    pub(crate) fn restart(&mut self, scope: &mut Scope<'_>) {
+        match &mut self.motor {
+            Registers::Plain => {}
+            Registers::Mac(motor) => motor.restart(scope),
+        }
+    }
+
+    /// The next thing that the device is to do.
+    pub(crate) fn poll_wish(&mut self) -> Option<Wish> {
+        let of_motor = match &mut self.motor {
+            Registers::Plain => None,
+            Registers::Mac(motor) => motor.poll_wish(),
+        };
+        of_motor.or_else(|| self.wishes.pop_front())
+    }
+
     /// Shows the module's objects and the motor's live registers.
-    #[expect(clippy::unused_self, reason = "one of the verbs of a vocabulary")]
-    pub(crate) fn show(&self, scope: &mut Scope<'_>) {
-        let motor_status = status(scope.drive, scope.view());
+    pub(crate) fn show(&mut self, scope: &mut Scope<'_>) {
+        let motor_status = self.status(scope.drive, scope.view());
         let inputs = inputs(scope.parameters(), &scope.axis.status().inputs);
         let limits = i32::from(inputs >> 4 & 0b11);
         let actual = scope.axis.status().actual;
@@ -45,8 +189,35 @@ impl Module {
         scope.show(Binding::JvlAnalogInput, i64::from(analog_input(scope.analog_input)));
         scope.show_register(Role::ModuleInputs, i32::from(inputs & 0b1111));
         scope.show_register(Role::ModuleStatusBits, limits << NEGATIVE_LIMIT_BIT);
-        scope.show_register(Role::PIst, units::counter(actual.position) as i32);
-        scope.show_register(Role::VIst, units::whole(per_sample) as i32);
+        match &mut self.motor {
+            Registers::Plain => {
+                scope.show_register(Role::PIst, units::counter(actual.position) as i32);
+                scope.show_register(Role::VIst, units::whole(per_sample) as i32);
+            }
+            Registers::Mac(motor) => motor.show(scope),
+        }
+    }
+
+    /// O1 and O2: 0x2011:02, or "in position" and "error" where 0x2011:05 says so (module manual, sections 4.3.6 and
+    /// 4.3.9). The standard's outputs 0x60FE are the same two.
+    pub(crate) fn outputs(&self, drive: &Drive402, view: View<'_>, standard: u32) -> u32 {
+        let (parameters, status) = (view.parameters, self.status(drive, view));
+        let own = parameters.or(Binding::JvlOutputs, 0) as u32 | standard;
+        let setup = parameters.or(Binding::JvlOutputSetup, 0) as u32;
+        let in_position = u32::from(status.contains(MotorStatus::IN_POSITION));
+        let error = u32::from(status.intersects(MotorStatus::MOTOR_ERROR | MotorStatus::LIMIT_SWITCH_ERROR));
+        ((own & !setup) | ((in_position | error << 1) & setup)) & 0b11
+    }
+
+    /// 0x2011:03.
+    fn status(&self, drive: &Drive402, view: View<'_>) -> MotorStatus {
+        let mut bits = motor_status(drive.state(), drive.fault(), drive.statusword(view), view.axis.status());
+        if let Registers::Mac(motor) = &self.motor
+            && motor.runs_axis()
+        {
+            bits.set(MotorStatus::IN_POSITION, motor.is_in_position());
+        }
+        bits
     }
 }
 
@@ -74,11 +245,6 @@ const NEGATIVE_LIMIT_BIT: u32 = 14;
 /// Command of 0x2010 (module manual, section 4.3.4).
 const RESET_LIMIT_ERROR: i64 = 1;
 
-/// 0x2011:03.
-fn status(drive: &Drive402, view: View<'_>) -> MotorStatus {
-    motor_status(drive.state(), drive.fault(), drive.statusword(view), view.axis.status())
-}
-
 /// 0x2011:03 from the drive's state, fault and motion.
 fn motor_status(state: State, fault: Option<Fault>, statusword: Statusword, axis: &Status) -> MotorStatus {
     let is_limit = fault == Some(Fault::limit_switch());
@@ -103,7 +269,7 @@ bitflags! {
 }
 
 /// 0x2011:01: which inputs are active, by 0x2011:06; IN1 and IN2 are the general inputs of the axis.
-fn inputs(parameters: Parameters<'_>, levels: &axis::Inputs) -> u8 {
+pub(super) fn inputs(parameters: Parameters<'_>, levels: &axis::Inputs) -> u8 {
     let mut bits = Inputs::empty();
     let pins = [
         (Inputs::IN1, levels.probe_1),
@@ -139,17 +305,6 @@ fn analog_input(voltage: Voltage) -> i16 {
 /// Whether the error action is a stop: 0x2011:08, bit 6; otherwise the motor becomes passive.
 pub(crate) fn stops_on_error(parameters: Parameters<'_>) -> bool {
     parameters.or(Binding::JvlSetup, 0) >> 6 & 1 == 1
-}
-
-/// O1 and O2: 0x2011:02, or "in position" and "error" where 0x2011:05 says so (module manual, sections 4.3.6 and
-/// 4.3.9). The standard's outputs 0x60FE are the same two.
-pub(crate) fn outputs(drive: &Drive402, view: View<'_>, standard: u32) -> u32 {
-    let (parameters, status) = (view.parameters, status(drive, view));
-    let own = parameters.or(Binding::JvlOutputs, 0) as u32 | standard;
-    let setup = parameters.or(Binding::JvlOutputSetup, 0) as u32;
-    let in_position = u32::from(status.contains(MotorStatus::IN_POSITION));
-    let error = u32::from(status.intersects(MotorStatus::MOTOR_ERROR | MotorStatus::LIMIT_SWITCH_ERROR));
-    ((own & !setup) | ((in_position | error << 1) & setup)) & 0b11
 }
 
 /// The active level of an input, 0x2011:06.

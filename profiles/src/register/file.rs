@@ -102,6 +102,13 @@ impl RegisterFile {
         }
     }
 
+    /// The role of motor register `number`.
+    #[must_use]
+    pub fn role_of_number(&self, number: u16) -> Option<Role> {
+        let position = self.numbers.get(usize::from(number)).copied().flatten()?;
+        self.role_of(self.cells.get(usize::from(position))?.slot)
+    }
+
     /// The number of the register at `slot`, of motor or module.
     #[must_use]
     pub fn number_of(&self, slot: Slot) -> Option<u16> {

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use axis::{Plant, PlantConfig};
 use od::{AbortCode, Address, Bus, Data, Instant, Origin, Write};
-use profiles::{Device, DeviceEvent, Profile, State};
+use profiles::{Device, DeviceEvent, Profile, Space, State};
 
 const MASTER: Origin = Origin { bus: Bus::CanOpen, link: 0, client: 1 };
 
@@ -28,6 +28,46 @@ impl Bench {
         let mut bench = Self { device, now: Instant::ZERO };
         bench.run(10);
         bench
+    }
+
+    /// A JVL motor behind its module.
+    pub(crate) fn motor(motor: &str) -> Self {
+        Self::motor_with(motor, |_| {})
+    }
+
+    /// The same with another plant.
+    pub(crate) fn motor_with(motor: &str, arrange: impl Fn(&mut PlantConfig)) -> Self {
+        let profile = Profile::embedded("jvl-mac00-fc4", Some(motor)).expect("shipped").expect("valid");
+        let device = Device::arranged(Arc::new(profile), 1, Instant::ZERO, |_, plant| arrange(plant));
+        let mut bench = Self { device, now: Instant::ZERO };
+        bench.run(10);
+        bench
+    }
+
+    /// Writes motor registers in one batch, as an RPDO does.
+    pub(crate) fn write(&mut self, registers: &[(u8, i64)]) {
+        let items: Vec<_> = registers.iter().map(|(number, value)| (0x2012, *number, *value)).collect();
+        self.batch(&items).unwrap();
+    }
+
+    /// What a motor register reads, with its sign.
+    pub(crate) fn register(&self, number: u8) -> i32 {
+        self.get_sub(0x2012, number) as u32 as i32
+    }
+
+    /// Writes the command register of the module, which no CANopen master reaches.
+    pub(crate) fn command_module(&mut self, value: u32) -> Result<(), AbortCode> {
+        let place = self.device.profile().register(Space::Module, 15).unwrap().place.unwrap();
+        let slot = self.device.dictionary().schema().slot(place).unwrap();
+        let write = Write { slot, data: Data::Raw(value.into()) };
+        self.device.dictionary_mut().write(MASTER, &[write]).map_err(|refusal| refusal.code)?;
+        self.device.apply(self.now);
+        Ok(())
+    }
+
+    /// Executes a FastMac command.
+    pub(crate) fn fastmac(&mut self, number: i64) {
+        self.set(0x2013, number);
     }
 
     /// A device that has not run yet.

@@ -136,6 +136,9 @@ pub struct Entry {
     pub access: Access,
     /// Into which PDOs it may be mapped.
     pub mappable: Mappable,
+    /// The narrower integer that a PDO may carry in its place, if any: its low bits. What an RPDO brings becomes the
+    /// number that this type says.
+    pub part: Option<DataType>,
     /// Bounds of what may be written, if narrower than the type.
     pub range: Option<Range>,
     /// Value after power-on without stored parameters.
@@ -165,6 +168,7 @@ impl Entry {
             data_type,
             access,
             mappable: Mappable::No,
+            part: None,
             range: None,
             initial: Initial::Value(Value::zero(data_type)),
             max_length: Self::DEFAULT_MAX_LENGTH,

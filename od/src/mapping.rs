@@ -1,6 +1,6 @@
 //! Which entries a PDO carries, and how they are packed.
 
-use crate::{AbortCode, Address, DataType, Dictionary, Schema, Slot, bits};
+use crate::{AbortCode, Address, DataType, Dictionary, Entry, Schema, Slot, bits};
 
 /// The way process data flow, seen from the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +18,17 @@ pub struct Field {
     pub slot: Option<Slot>,
     /// Its width in bits.
     pub width: u8,
+    /// Where the PDO carries the low bits of a wider entry as a signed number: the bits above them, which a negative
+    /// one sets.
+    pub sign: u64,
+}
+
+impl Field {
+    /// The value of the entry when the PDO carries `raw`.
+    fn extend(&self, raw: u64) -> u64 {
+        let is_negative = raw >> (self.width.saturating_sub(1) % 64) & 1 == 1;
+        if is_negative { raw | self.sign } else { raw }
+    }
 }
 
 /// The entries of one PDO in the order of their bits.
@@ -56,7 +67,8 @@ impl Mapping {
     ///
     /// # Errors
     /// [`AbortCode::NoObject`] for what does not exist, sub-index included (CiA 301 v4.2, section 7.5.2.36 names no
-    /// other), [`AbortCode::NotMappable`] for what may not be mapped this way or has another width.
+    /// other), [`AbortCode::NotMappable`] for what may not be mapped this way or has another width; that of
+    /// [`Entry::part`] will do as well.
     pub fn field(schema: &Schema, direction: Direction, parameter: u32) -> Result<Field, AbortCode> {
         let [width, sub, low, high] = parameter.to_le_bytes();
         let address = Address::new(u16::from_le_bytes([low, high]), sub);
@@ -69,11 +81,8 @@ impl Mapping {
             Direction::Receive => entry.mappable.receive(),
             Direction::Transmit => entry.mappable.transmit(),
         };
-        if allowed && entry.data_type.bits() == Some(width) {
-            Ok(Field { slot: Some(slot), width })
-        } else {
-            Err(AbortCode::NotMappable)
-        }
+        let sign = sign_bits(entry, width).filter(|_| allowed).ok_or(AbortCode::NotMappable)?;
+        Ok(Field { slot: Some(slot), width, sign })
     }
 
     /// The mapped entries.
@@ -103,14 +112,24 @@ impl Mapping {
         self.fields.iter().filter_map(move |field| {
             let raw = bits::get(payload, offset, field.width);
             offset += usize::from(field.width);
-            field.slot.map(|slot| (slot, raw))
+            field.slot.map(|slot| (slot, field.extend(raw)))
         })
     }
+}
+
+/// The bits above `width` that a negative number in a PDO sets; `None` where a PDO does not carry `entry` by so many bits.
+fn sign_bits(entry: &Entry, width: u8) -> Option<u64> {
+    if entry.data_type.bits() == Some(width) {
+        return Some(0);
+    }
+    let part = entry.part.filter(|part| part.bits() == Some(width))?;
+    let whole = u64::MAX >> (64 - u32::from(entry.data_type.bits()?));
+    Some(if part.is_signed() { whole & u64::MAX << width } else { 0 })
 }
 
 /// Types 0x0001-0x0007 and the like take room in an RPDO without being written.
 fn dummy(direction: Direction, address: Address, width: u8) -> Result<Field, AbortCode> {
     let data_type = DataType::from_code(address.index).ok_or(AbortCode::NoObject)?;
     let suits = direction == Direction::Receive && address.sub == 0 && data_type.bits() == Some(width);
-    if suits { Ok(Field { slot: None, width }) } else { Err(AbortCode::NotMappable) }
+    if suits { Ok(Field { slot: None, width, sign: 0 }) } else { Err(AbortCode::NotMappable) }
 }

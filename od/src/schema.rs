@@ -199,9 +199,22 @@ fn entry_faults(entry: &Entry) -> Vec<String> {
     if entry.mappable.transmit() && !entry.access.is_readable() {
         faults.push("an entry that a bus may not read cannot be mapped into a TPDO".into());
     }
+    faults.extend(part_fault(entry));
     faults.extend(range_fault(entry));
     faults.extend(initial_fault(entry));
     faults
+}
+
+fn part_fault(entry: &Entry) -> Option<String> {
+    let (part, whole) = (entry.part?, entry.data_type);
+    let are_integers = part.integer_limits().is_some() && whole.integer_limits().is_some();
+    if entry.mappable == crate::Mappable::No {
+        Some("an entry that no PDO carries has no part for one".into())
+    } else if are_integers && part.bits() < whole.bits() {
+        None
+    } else {
+        Some(format!("{part} is no narrower integer than {whole}"))
+    }
 }
 
 fn range_fault(entry: &Entry) -> Option<String> {

@@ -155,6 +155,8 @@ fn a_bad_schema_is_refused_with_everything_that_is_wrong() {
         ..entry(DataType::Unsigned8, Access::ReadWrite)
     };
     let unmappable = Entry { mappable: Mappable::Receive, ..entry(DataType::Unsigned8, Access::ReadOnly) };
+    let part =
+        |part, whole| Entry { mappable: Mappable::Both, part: Some(part), ..entry(whole, Access::ReadWrite) };
     let mixed = Object::array(
         0x2003,
         "mixed",
@@ -169,6 +171,13 @@ fn a_bad_schema_is_refused_with_everything_that_is_wrong() {
         Object::var(0x2001, out_of_range),
         Object::var(0x2002, unmappable),
         mixed,
+        Object::var(
+            0x2004,
+            Entry { part: Some(DataType::Integer8), ..entry(DataType::Unsigned16, Access::ReadWrite) },
+        ),
+        Object::var(0x2005, part(DataType::Integer16, DataType::Unsigned16)),
+        Object::var(0x2006, part(DataType::Integer8, DataType::Real32)),
+        Object::var(0x2007, part(DataType::Integer16, DataType::Unsigned32)),
         Object::var(0x0FFF, entry(DataType::Unsigned8, Access::ReadWrite).with_value(Value::bytes([]))),
     ];
     let errors = Schema::new(objects).unwrap_err();

@@ -7,6 +7,12 @@ use od::{
 };
 use proptest::prelude::*;
 
+/// An UNSIGNED32 of which a PDO may carry the low bits as `part`.
+fn in_part(index: u16, part: DataType) -> Object {
+    let whole = Entry::new(0, "entry", DataType::Unsigned32, Access::ReadWrite);
+    Object::var(index, Entry { mappable: Mappable::Both, part: Some(part), ..whole })
+}
+
 fn schema() -> Schema {
     let var = |index, data_type, access, mappable| {
         Object::var(index, Entry { mappable, ..Entry::new(0, "entry", data_type, access) })
@@ -18,6 +24,8 @@ fn schema() -> Schema {
         var(0x2003, DataType::Unsigned8, Access::ReadOnly, Mappable::Transmit),
         var(0x2004, DataType::Unsigned8, Access::WriteOnly, Mappable::Receive),
         var(0x2005, DataType::Unsigned8, Access::ReadWrite, Mappable::No),
+        in_part(0x2006, DataType::Unsigned16),
+        in_part(0x2007, DataType::Integer16),
     ])
     .unwrap()
 }
@@ -62,6 +70,36 @@ fn bits_are_packed_low_first() {
     mapping.pack(&dictionary, &mut payload);
     assert_eq!(mapping.bytes(), 4);
     assert_eq!(payload, [0xDF, 0x9B, 0x57, 0x01, 0, 0, 0, 0]);
+}
+
+#[test]
+fn an_entry_may_be_carried_in_part_or_whole_where_it_says_so() {
+    for direction in [Direction::Receive, Direction::Transmit] {
+        assert_eq!(refusal(direction, &[0x2006_0010, 0x2007_0010, 0x2006_0020]), None);
+        assert_eq!(refusal(direction, &[0x2006_0008]), Some(AbortCode::NotMappable), "another width");
+        assert_eq!(
+            refusal(direction, &[0x2006_0020, 0x2007_0010, 0x2006_0010, 0x2000_0001]),
+            Some(AbortCode::PdoLength)
+        );
+    }
+}
+
+#[test]
+fn what_is_carried_in_part_is_the_low_bits_and_a_negative_part_a_negative_value() {
+    let schema = Arc::new(schema());
+    let mut dictionary = Dictionary::new(Arc::clone(&schema), 1);
+    let [unsigned, signed] = [0x2006, 0x2007].map(|index| dictionary.find(Address::new(index, 0)).unwrap());
+    dictionary.set(unsigned, 0x0001_FFFE);
+    dictionary.set(signed, 0xFFFF_FF38); // -200
+    let mapping =
+        Mapping::new(&schema, Direction::Transmit, 64, [0x2006_0010, 0x2007_0010, 0x2007_0020]).unwrap();
+    let mut payload = [0; 8];
+    mapping.pack(&dictionary, &mut payload);
+    assert_eq!(payload, [0xFE, 0xFF, 0x38, 0xFF, 0x38, 0xFF, 0xFF, 0xFF]);
+    let unpacked: Vec<_> = mapping.unpack(&payload).collect();
+    assert_eq!(unpacked, [(unsigned, 0xFFFE), (signed, 0xFFFF_FF38), (signed, 0xFFFF_FF38)]);
+    let positive: Vec<_> = mapping.unpack(&[0, 0, 0xFF, 0x7F, 0, 0, 0, 0]).map(|(_, raw)| raw).collect();
+    assert_eq!(positive, [0, 0x7FFF, 0]);
 }
 
 proptest! {

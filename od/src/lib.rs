@@ -22,6 +22,7 @@ mod entry;
 mod gate;
 mod instant;
 mod mapping;
+mod pdo;
 mod saved;
 mod schema;
 mod value;
@@ -34,6 +35,7 @@ pub use entry::{Access, Entry, Initial, Mappable, Object, ObjectKind, Range, Vet
 pub use gate::{Bus, Data, Origin, Refusal, Write};
 pub use instant::Instant;
 pub use mapping::{Direction, Field, Mapping};
+pub use pdo::{PdoTraits, Scan};
 pub use saved::{Group, Saved};
 pub use schema::{Schema, SchemaError};
 pub use value::Value;

@@ -1,13 +1,17 @@
 //! The PDOs of a profile file: `[[rpdo]]` and `[[tpdo]]` tables, which stand for their communication and mapping
 //! objects (CiA 301 v4.2, sections 7.5.2.35 to 7.5.2.38).
 
-use od::{Access, Address, DataType, Direction, Entry, Initial, Mapping, Object, Value};
+mod map;
 
+use od::{Access, DataType, Direction, Entry, Initial, Mapping, Object, Value};
+
+use super::default;
 use super::object::Objects;
 use super::reader::{Node, Scalar, Spanned, Table};
-use super::{FIRST_OF_APPLICATION, default};
+use crate::Report;
 use crate::profile::Later;
-use crate::{Report, Span};
+
+pub(super) use map::address;
 
 /// What tells the two kinds of PDO apart.
 #[derive(Clone, Copy)]
@@ -50,7 +54,6 @@ const NO_RTR: u32 = 1 << 30;
 const PREDEFINED: u16 = 4;
 /// Entries that can be mapped into one PDO unless it says otherwise: as many as there are bytes in a CAN frame.
 const USUAL_CAPACITY: u8 = 8;
-const PAYLOAD_BITS: u32 = 64;
 const HIGHEST_NUMBER: u16 = 512;
 const EVENT_DRIVEN: u8 = 255;
 
@@ -85,7 +88,7 @@ fn read(node: Node<'_>, kind: Kind, objects: &mut Objects, report: &mut Report) 
         members.push(entry(6, "SYNC start value", DataType::Unsigned8, start.into()));
     }
     let map = table.require::<Vec<Spanned<&str>>>("map").unwrap_or_default();
-    let parameters = mapping(&map, capacity, kind, objects, table.report);
+    let parameters = map::parameters(&map, capacity, kind, objects, table.report);
     let later = table.get::<&str>("later");
     table.finish();
     let (Some(first), Some(last)) = (number, last) else { return 1 };
@@ -156,81 +159,6 @@ fn transmission(table: &mut Table<'_, '_>) -> u64 {
         table.report.error(&code.span(), "transmission types 241-251 are reserved", help);
     }
     transmission.map_or(EVENT_DRIVEN, Spanned::into_inner).into()
-}
-
-/// The mapping parameters (0xIIIISSBB) of the entries in `map`.
-fn mapping(
-    map: &[Spanned<&str>],
-    capacity: u8,
-    kind: Kind,
-    objects: &Objects,
-    report: &mut Report,
-) -> Vec<u32> {
-    let mut parameters = Vec::new();
-    let mut bits = 0;
-    for text in map {
-        let Some((address, width)) = field(text.get_ref(), &text.span(), kind, objects, report) else {
-            continue;
-        };
-        bits += u32::from(width);
-        if bits > PAYLOAD_BITS || parameters.len() >= usize::from(capacity) {
-            let message = format!("{address} does not fit any more");
-            report.error(&text.span(), message, format!("this PDO carries 8 bytes and {capacity} entries"));
-        }
-        parameters.push(u32::from(address.index) << 16 | u32::from(address.sub) << 8 | u32::from(width));
-    }
-    parameters
-}
-
-fn field(
-    text: &str,
-    span: &Span,
-    kind: Kind,
-    objects: &Objects,
-    report: &mut Report,
-) -> Option<(Address, u8)> {
-    let address = if text.starts_with(default::REGISTER) {
-        default::register(text, span, objects.lists.motor.as_ref()?, report)?.place?
-    } else if let Some(address) = address(text) {
-        address
-    } else {
-        let help = "write index and sub-index in hexadecimal, such as `0x6040:00`".to_owned();
-        report.error(span, format!("`{text}` is no entry"), help);
-        return None;
-    };
-    if kind.direction == Direction::Receive
-        && address.sub == 0
-        && let Some(dummy) = DataType::from_code(address.index)
-    {
-        return dummy.bits().map(|bits| (address, bits));
-    }
-    let Some(entry) = objects.entry(address) else {
-        // An entry that could not be read is reported already.
-        if !objects.spans.contains_key(&address) {
-            report.error(span, format!("there is no entry {address}"), None);
-        }
-        return None;
-    };
-    let allowed = match kind.direction {
-        Direction::Receive => entry.mappable.receive(),
-        Direction::Transmit => entry.mappable.transmit(),
-    };
-    match entry.data_type.bits() {
-        Some(bits) if allowed && address.index >= FIRST_OF_APPLICATION => Some((address, bits)),
-        Some(_) | None => {
-            let help = "`pdo = ` of the entry says which PDOs may carry it".to_owned();
-            report.error(span, format!("an {} cannot carry {address}", kind.name), help);
-            None
-        }
-    }
-}
-
-/// The entry that `0x6040:00` stands for.
-pub(super) fn address(text: &str) -> Option<Address> {
-    let (index, sub) = text.strip_prefix("0x")?.split_once(':')?;
-    let is_hex = |digits: &str| digits.bytes().all(|c| c.is_ascii_hexdigit());
-    let address = Address::new(u16::from_str_radix(index, 16).ok()?, u8::from_str_radix(sub, 16).ok()?);
-    (is_hex(index) && is_hex(sub)).then_some(address)
 }
 
 fn mapping_object(kind: Kind, number: u16, capacity: u8, parameters: &[u32]) -> Object {

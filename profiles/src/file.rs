@@ -73,6 +73,7 @@ fn read(mut file: Table<'_, '_>, motor: Option<&str>) -> Option<Profile> {
         registers: Arc::new(registers),
         bindings: objects.bindings,
         later: objects.later,
+        pdos: objects.pdos,
         motor: motors.chosen,
         motors: motors.names,
         rpdos,

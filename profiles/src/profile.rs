@@ -3,7 +3,7 @@
 use core::ops::RangeInclusive;
 use std::sync::Arc;
 
-use od::{AbortCode, Address, DataType, Initial, Schema, Value, Veto, eds};
+use od::{AbortCode, Address, DataType, Initial, PdoTraits, Schema, Value, Veto, eds};
 
 use crate::cia402::units::factors;
 use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
@@ -51,6 +51,8 @@ pub struct Profile {
     pub module_registers: Option<Arc<RegisterList>>,
     /// The way to both in a dictionary of the application.
     pub registers: Arc<RegisterFile>,
+    /// What is to be said of its PDOs beside their objects, in the order of the file, RPDOs first.
+    pub pdos: Vec<PdoTraits>,
     /// The chosen motor, the same on every axis; none if there are no axes.
     pub motor: Option<Motor>,
     /// Names of all motors there are to choose from, sorted.
@@ -205,6 +207,12 @@ impl Profile {
         let mut places =
             list.into_iter().flat_map(|list| &list.registers).filter_map(|register| register.place);
         places.any(|place| place.index == index)
+    }
+
+    /// Whether the device takes its time for some PDO.
+    #[must_use]
+    pub fn has_processing_times(&self) -> bool {
+        self.pdos.iter().any(|pdo| !pdo.time.is_zero())
     }
 
     /// How many axes the device has, 0-8.

@@ -218,11 +218,53 @@ fn its_receive_pdos_are_those_of_the_manual() {
             (4, "+500", "255", &[0x6040_0010, 0x60FF_0020]),
             (7, disabled, "255", &[0x6040_0010, 0x60FE_0120]),
             (21, disabled, "255", &[0x2012_0320]),
-            (22, disabled, "255", &[]),
+            (22, disabled, "255", &[0x2012_0510, 0x2012_0610, 0x2012_0710, 0x2012_0210]),
             (23, disabled, "255", &[0x2013_0008]),
             (24, disabled, "255", &[0x2011_0208]),
         ],
     );
+}
+
+#[test]
+fn torque_and_analogue_input_are_mapped_where_the_motor_has_them() {
+    let table = [
+        ("mac050", [0x2012_7910_u32, 0x2012_7A10]),
+        ("mac141", [0x2012_7910, 0x2012_7A10]),
+        ("mac400", [0x2012_A910, 0x2012_AA10]),
+        ("mac800", [0x2012_A910, 0x2012_AA10]),
+        ("mac3000", [0x2012_A910, 0x2012_AA10]),
+    ];
+    for (motor, expected) in table {
+        let profile = profile(motor);
+        let mapped = [0x1A16, 0x1A17].map(|mapping| default(&profile, mapping, 1));
+        assert_eq!(mapped, expected.map(|parameter| parameter.to_string()), "{motor}");
+    }
+}
+
+#[test]
+fn its_pdos_21_to_25_have_the_bytes_and_times_of_the_manual() {
+    use od::Direction::{Receive, Transmit};
+    let profile = profile("mac140");
+    let micros = |pdo: &od::PdoTraits| pdo.time.as_micros();
+    let found: Vec<_> =
+        profile.pdos.iter().map(|p| (p.direction, p.number, p.length, micros(p), p.scan.is_some())).collect();
+    let expected = [
+        (Receive, 21, 8, 8_500, false),
+        (Receive, 22, 8, 21_000, false),
+        (Receive, 23, 8, 900, false),
+        (Receive, 24, 8, 900, false),
+        (Transmit, 21, 8, 12_500, true),
+        (Transmit, 22, 8, 10_500, true),
+        (Transmit, 23, 8, 10_500, false),
+        (Transmit, 24, 8, 10_500, false),
+        (Transmit, 25, 8, 900, false),
+    ];
+    assert_eq!(found, expected);
+    let scans: Vec<_> = profile.pdos.iter().filter_map(|p| p.scan).collect();
+    let shown: Vec<_> = scans.iter().map(|s| (s.entry, s.switch, s.bit, s.time.as_micros())).collect();
+    let (p_ist, v_ist) = (Address::new(0x2012, 10), Address::new(0x2012, 12));
+    let setup_bits = Address::new(0x2011, 8);
+    assert_eq!(shown, [(p_ist, setup_bits, 0, 900), (v_ist, setup_bits, 1, 900)]);
 }
 
 #[test]
@@ -238,9 +280,9 @@ fn its_transmit_pdos_are_those_of_the_manual() {
             (4, "+40000480", "1", &[0x6041_0010, 0x606C_0020]),
             (7, disabled, "255", &[0x6041_0010, 0x60FD_0020]),
             (21, disabled, "1", &[0x2012_0A20, 0x2011_0308, 0x2011_0108]),
-            (22, disabled, "1", &[0x2012_0C20]),
-            (23, disabled, "1", &[0x2012_7920]),
-            (24, disabled, "1", &[0x2012_7A20]),
+            (22, disabled, "1", &[0x2012_0C10]),
+            (23, disabled, "1", &[0x2012_7910]),
+            (24, disabled, "1", &[0x2012_7A10]),
             (25, disabled, "255", &[0x2011_0308, 0x2011_0108, 0x2011_0410]),
         ],
     );

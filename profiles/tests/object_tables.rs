@@ -29,7 +29,7 @@ fn rows(text: &mut String, profile: &Profile, schema: &Schema) {
         for entry in entries {
             let address = Address::new(index, entry.sub);
             let (start, behind) = (default(address, entry), behaviour(profile, address));
-            let (data_type, access, pdo) = (entry.data_type, entry.access.name(), pdo(entry.mappable));
+            let (data_type, access, pdo) = (entry.data_type, entry.access.name(), pdo(entry));
             writeln!(
                 text,
                 "| {address} | {} | {data_type} | {access} | {pdo} | {start} | {} | {behind} |",
@@ -41,13 +41,14 @@ fn rows(text: &mut String, profile: &Profile, schema: &Schema) {
     }
 }
 
-fn pdo(mappable: Mappable) -> &'static str {
-    match mappable {
+fn pdo(entry: &Entry) -> String {
+    let which = match entry.mappable {
         Mappable::No => "",
         Mappable::Receive => "RPDO",
         Mappable::Transmit => "TPDO",
         Mappable::Both => "both",
-    }
+    };
+    entry.part.map_or(which.to_owned(), |part| format!("{which}, also as {part}"))
 }
 
 fn default(address: Address, entry: &Entry) -> String {

@@ -3,7 +3,7 @@
 use od::{DataType, Initial, Range, Value};
 
 use super::reader::{Scalar, Spanned};
-use crate::{Motor, Register, RegisterList, Report, Role, Span, UnknownRole};
+use crate::{Motor, Register, RegisterList, Report, Role, Span};
 
 /// What a default begins with that is a datum of the motor.
 const MOTOR: &str = "$MOTOR.";
@@ -19,20 +19,24 @@ pub(super) fn register<'l>(
     registers: &'l RegisterList,
     report: &mut Report,
 ) -> Option<&'l Register> {
-    let mut found = None;
-    for name in text.strip_prefix(REGISTER).unwrap_or(text).split('|') {
-        match name.parse::<Role>() {
-            Ok(role) => found = found.or_else(|| registers.with_role(role)),
-            Err(UnknownRole) => {
-                report.unknown(span, "register", name, Role::ALL.iter().map(|role| role.name()));
-                return None;
-            }
-        }
-    }
+    let names = text.strip_prefix(REGISTER).unwrap_or(text);
+    let found = roles(names, span, report)?.into_iter().find_map(|role| registers.with_role(role));
     if found.is_none() {
         report.error(span, format!("`{}` has no register `{text}`", registers.name), None);
     }
     found
+}
+
+/// The roles in `vf_out|err_stat`; `None` if one of them is none, which is reported.
+pub(super) fn roles(names: &str, span: &Span, report: &mut Report) -> Option<Vec<Role>> {
+    let role = |name: &str| {
+        let role = name.parse().ok();
+        if role.is_none() {
+            report.unknown(span, "register", name, Role::ALL.iter().map(|role| role.name()));
+        }
+        role
+    };
+    names.split('|').map(role).collect()
 }
 
 /// Whether the default is a datum of the motor.

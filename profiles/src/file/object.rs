@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use od::{Access, Address, DataType, Entry, Initial, Mappable, Object, Schema, Value};
+use od::{Access, Address, DataType, Entry, Initial, Mappable, Object, PdoTraits, Schema, Value};
 
 use super::reader::{Node, Scalar, Spanned, Table};
 use super::registers::{Group, Lists};
@@ -24,6 +24,7 @@ pub(super) struct Objects {
     pub(super) spans: HashMap<Address, Span>,
     pub(super) bindings: Vec<Bound>,
     pub(super) later: Vec<Later>,
+    pub(super) pdos: Vec<PdoTraits>,
     /// Whether some entry is bound to an axis or starts with a datum of its motor.
     pub(super) wants_motor: bool,
     /// The registers of the motor and of the module.
@@ -89,6 +90,8 @@ impl Objects {
     fn read_registers(&mut self, mut table: Table<'_, '_>, common: &Attributes<'_>, is_local: bool) {
         let (index, name) = (table.get::<u16>("index"), table.get::<&str>("name"));
         let group = table.word("registers", Group::from_name, Group::NAMES).map(Spanned::into_inner);
+        let halves = table.get::<Vec<Spanned<&str>>>("halves").unwrap_or_default();
+        let halves = group.map_or(Vec::new(), |group| self.lists.numbers(group, &halves, table.report));
         let span = table.span();
         refuse(
             &mut table,
@@ -97,7 +100,7 @@ impl Objects {
         );
         let (Some(index), Some(name), Some(group)) = (index, name, group) else { return table.finish() };
         self.wants_motor |= group != Group::Module;
-        match self.lists.members(group, index, common.pdo.unwrap_or_default()) {
+        match self.lists.members(group, index, common.pdo.unwrap_or_default(), &halves) {
             Some(members) if members.is_empty() => {}
             Some(members) => {
                 self.entries += members.len();

@@ -2,8 +2,9 @@
 //! objects (CiA 301 v4.2, sections 7.5.2.35 to 7.5.2.38).
 
 mod map;
+mod traits;
 
-use od::{Access, DataType, Direction, Entry, Initial, Mapping, Object, Value};
+use od::{Access, DataType, Direction, Entry, Initial, Mapping, Object, PdoTraits, Range, Value};
 
 use super::default;
 use super::object::Objects;
@@ -56,6 +57,9 @@ const PREDEFINED: u16 = 4;
 const USUAL_CAPACITY: u8 = 8;
 const HIGHEST_NUMBER: u16 = 512;
 const EVENT_DRIVEN: u8 = 255;
+const EVERY_SYNC: u8 = 1;
+/// The highest transmission type that is synchronous.
+const SLOWEST_SYNC: i128 = 240;
 
 /// Reads the PDOs of one kind, adds their objects and says how many there are.
 pub(super) fn read_all(file: &mut Table<'_, '_>, kind: Kind, objects: &mut Objects) -> u16 {
@@ -78,18 +82,11 @@ fn read(node: Node<'_>, kind: Kind, objects: &mut Objects, report: &mut Report) 
         Some(USUAL_CAPACITY)
     };
     let capacity = capacity.unwrap_or(USUAL_CAPACITY);
-    let mut members = vec![
-        entry(2, "Transmission type", DataType::Unsigned8, transmission(&mut table)),
-        entry(3, "Inhibit time", DataType::Unsigned16, table.get::<u16>("inhibit").unwrap_or(0).into()),
-        entry(5, "Event timer", DataType::Unsigned16, table.get::<u16>("event_timer").unwrap_or(0).into()),
-    ];
-    if kind.direction == Direction::Transmit {
-        let start = table.get::<u8>("sync_start").unwrap_or(0);
-        members.push(entry(6, "SYNC start value", DataType::Unsigned8, start.into()));
-    }
+    let members = communication_members(&mut table, kind);
     let map = table.require::<Vec<Spanned<&str>>>("map").unwrap_or_default();
     let parameters = map::parameters(&map, capacity, kind, objects, table.report);
     let later = table.get::<&str>("later");
+    let traits = traits::read(&mut table, kind, objects);
     table.finish();
     let (Some(first), Some(last)) = (number, last) else { return 1 };
     for number in first..=last {
@@ -104,8 +101,23 @@ fn read(node: Node<'_>, kind: Kind, objects: &mut Objects, report: &mut Report) 
             what: what.to_owned(),
         };
         objects.later.extend(later.map(postpone));
+        objects.pdos.extend(traits.clone().map(|traits| PdoTraits { number, ..traits }));
     }
     last - first + 1
+}
+
+/// The sub-indices of a communication record but for the COB-ID.
+fn communication_members(table: &mut Table<'_, '_>, kind: Kind) -> Vec<Entry> {
+    let mut members = vec![
+        transmission(table),
+        entry(3, "Inhibit time", DataType::Unsigned16, table.get::<u16>("inhibit").unwrap_or(0).into()),
+        entry(5, "Event timer", DataType::Unsigned16, table.get::<u16>("event_timer").unwrap_or(0).into()),
+    ];
+    if kind.direction == Direction::Transmit {
+        let start = table.get::<u8>("sync_start").unwrap_or(0);
+        members.push(entry(6, "SYNC start value", DataType::Unsigned8, start.into()));
+    }
+    members
 }
 
 /// The COB-IDs of a run of PDOs: `cob_id` for the first and one more for each that follows, or those of the
@@ -150,7 +162,9 @@ impl CobIds {
     }
 }
 
-fn transmission(table: &mut Table<'_, '_>) -> u64 {
+/// The transmission type, synchronous ones only if the table says so.
+fn transmission(table: &mut Table<'_, '_>) -> Entry {
+    let sync_only = table.get::<bool>("sync_only").unwrap_or(false);
     let transmission = table.get::<Spanned<u8>>("transmission");
     if let Some(code) = &transmission
         && matches!(code.get_ref(), 241..=251)
@@ -158,7 +172,10 @@ fn transmission(table: &mut Table<'_, '_>) -> u64 {
         let help = "write 0-240 (synchronous), 252, 253 (on request) or 254, 255 (event-driven)".to_owned();
         table.report.error(&code.span(), "transmission types 241-251 are reserved", help);
     }
-    transmission.map_or(EVENT_DRIVEN, Spanned::into_inner).into()
+    let usual = if sync_only { EVERY_SYNC } else { EVENT_DRIVEN };
+    let value = transmission.map_or(usual, Spanned::into_inner);
+    let range = sync_only.then_some(Range::Integer { min: 0, max: SLOWEST_SYNC });
+    Entry { range, ..entry(2, "Transmission type", DataType::Unsigned8, value.into()) }
 }
 
 fn mapping_object(kind: Kind, number: u16, capacity: u8, parameters: &[u32]) -> Object {

@@ -234,9 +234,28 @@ impl Lists {
         }
     }
 
+    /// The numbers of the registers of `group` that are meant by their roles, as far as there are such.
+    pub(super) fn numbers(&self, group: Group, names: &[Spanned<&str>], report: &mut Report) -> Vec<u16> {
+        let list = match group {
+            Group::Motor | Group::Extended => self.motor.as_ref(),
+            Group::Module => self.module.as_ref(),
+        };
+        let find = |name: &Spanned<&str>| {
+            let roles = default::roles(name.get_ref(), &name.span(), report)?;
+            roles.into_iter().find_map(|role| list?.with_role(role)).map(|register| register.number)
+        };
+        names.iter().filter_map(find).collect()
+    }
+
     /// The entries that show the registers of `group` in the object `index`, which they are now placed in; `None`
-    /// without such a list.
-    pub(super) fn members(&mut self, group: Group, index: u16, pdo: Mappable) -> Option<Vec<Entry>> {
+    /// without such a list. PDOs may carry the low halves of those whose numbers are in `halves`.
+    pub(super) fn members(
+        &mut self,
+        group: Group,
+        index: u16,
+        pdo: Mappable,
+        halves: &[u16],
+    ) -> Option<Vec<Entry>> {
         let list = match group {
             Group::Motor | Group::Extended => self.motor.as_mut(),
             Group::Module => self.module.as_mut(),
@@ -245,7 +264,8 @@ impl Lists {
         for register in &mut list?.registers {
             if let Some(sub) = group.sub(register) {
                 register.place = Some(Address::new(index, sub));
-                members.push(entry(sub, register, pdo));
+                let half = halves.contains(&register.number).then(|| register.format.half());
+                members.push(Entry { part: half, ..entry(sub, register, pdo) });
             }
         }
         Some(members)

@@ -200,6 +200,11 @@ impl Format {
         }
     }
 
+    /// The low 16 bits of it as a number.
+    pub(crate) const fn half(self) -> DataType {
+        if self.data_type().is_signed() { DataType::Integer16 } else { DataType::Unsigned16 }
+    }
+
     /// What a register of this format shows after `raw` was written: the low 16 bits where it has no others.
     #[must_use]
     pub const fn take(self, raw: u32) -> u32 {

@@ -2,6 +2,7 @@
 
 mod diagnostics;
 mod lss;
+mod pace;
 mod services;
 mod storage;
 mod supervision;
@@ -22,7 +23,7 @@ use crate::emcy::Producer;
 use crate::guarding::Guard;
 use crate::heartbeat::Consumer;
 use crate::lss::{LssSetting, Slave, UNCONFIGURED};
-use crate::pdo::{Occasion, Pdos, Tpdo};
+use crate::pdo::{Occasion, Pace, Pdos, Tpdo};
 use crate::sdo::Connections;
 use crate::sync::Sync;
 use crate::{Emergency, Frame, Id, NmtState, TimeOfDay};
@@ -50,6 +51,10 @@ pub enum Event {
     Storage(Order),
     /// Somebody whom this node supervises is not there any more.
     ConnectionLost(Cause),
+    /// A PDO was lost because too many wait for their turn, see [`Node::shape_pdos`].
+    QueueOverflow,
+    /// None waits any more after that.
+    QueueDrained,
     /// Another node tells an error (0x1028).
     Emergency {
         /// The Node-ID that 0x1028 knows it by.
@@ -90,6 +95,8 @@ pub struct Counters {
     pub short_rpdos: u64,
     /// RPDOs with more bytes than mapped, which were taken.
     pub long_rpdos: u64,
+    /// PDOs lost because too many waited for the device to process them.
+    pub overflows: u64,
     /// Frames dropped because nobody sent those that were waiting.
     pub dropped: u64,
     /// Emergencies of others dropped because nobody took those that were waiting.
@@ -118,6 +125,8 @@ pub struct Node {
     storage: Storage,
     emcy: Producer,
     pdos: Pdos,
+    /// What waits for a device that takes its time.
+    pace: Option<Box<Pace>>,
     heartbeat: Option<Instant>,
     consumer: Consumer,
     guard: Guard,
@@ -162,6 +171,7 @@ impl Node {
             serial: None,
             state: NmtState::Initialising,
             pdos,
+            pace: None,
             services: Vec::new(),
             sdo: Connections::new(node_id, communication.schema()),
             storage: Storage::default(),
@@ -230,6 +240,7 @@ impl Node {
     /// Does what is due at `now`. A SYNC of this node's own lets its RPDOs act, as one of another node does.
     pub fn handle_timeout(&mut self, now: Instant, application: &mut Dictionary) {
         self.supervise(now);
+        self.act_on_processed(now, application);
         self.produce_sync(now, application);
         while let Some(answer) = self.sdo.handle_timeout(now) {
             self.send_answer(now, answer);
@@ -247,7 +258,9 @@ impl Node {
         let has_changed = core::mem::replace(&mut self.sampled_revision, revision) != revision;
         let occasion = Occasion { tick: self.sync.take(now, &self.communication), has_changed };
         self.send_emergencies(now);
-        if self.state == NmtState::Operational {
+        if self.state == NmtState::Operational && self.pace.is_some() {
+            self.sample_in_turn(now, application, occasion);
+        } else if self.state == NmtState::Operational {
             let Self { pdos, outbox, counters, .. } = self;
             for frame in pdos.transmit.iter_mut().filter_map(|t| t.poll(now, application, occasion)) {
                 queue(outbox, counters, frame);
@@ -283,7 +296,8 @@ impl Node {
     pub fn poll_timeout(&self) -> Option<Instant> {
         let tpdos = self.pdos.transmit.iter().filter(|_| self.state == NmtState::Operational);
         let emcy = self.emcy.poll_timeout().filter(|_| self.tells_emergencies());
-        let services = [self.sync.poll_timeout(), self.sdo.poll_timeout(), emcy];
+        let pace = self.pace.as_ref().and_then(|pace| pace.poll_timeout());
+        let services = [self.sync.poll_timeout(), self.sdo.poll_timeout(), emcy, pace];
         let timers = services.into_iter().chain([self.heartbeat, self.supervision_timeout()]);
         timers.chain(tpdos.map(Tpdo::poll_timeout)).flatten().min()
     }
@@ -315,6 +329,7 @@ impl Node {
         self.network_time = None;
         self.sdo.reload(&self.communication);
         self.pdos.reload_all(now, &self.communication, application);
+        self.stop_processing();
         self.state = NmtState::Initialising;
         self.heartbeat = None;
         self.resubscribe();
@@ -337,6 +352,7 @@ impl Node {
         self.state = state;
         self.sync.forget();
         self.pdos.restart(now);
+        self.stop_processing();
         if state == NmtState::Stopped {
             self.sdo.reset();
             self.sync.stop();

@@ -1,12 +1,15 @@
 //! Process data: what PDOs carry and when they go (CiA 301 v4.2, sections 7.2.2 and 7.5.2.35-38).
 
+mod pace;
 mod parameters;
 mod rpdo;
 mod rules;
+mod shape;
 mod tpdo;
 
-use od::{AbortCode, Address, Dictionary, Direction, Instant, Schema};
+use od::{AbortCode, Address, Dictionary, Direction, Instant, PdoTraits, Schema};
 
+pub(crate) use pace::Pace;
 pub(crate) use parameters::inhibit_time;
 pub(crate) use rpdo::{Reception, Rpdo};
 pub(crate) use rules::check_cob_id;
@@ -15,6 +18,7 @@ pub(crate) use tpdo::{Occasion, Tpdo};
 use crate::communication::{MAX_PDOS, RPDO_COMMUNICATION, RPDO_MAPPING, TPDO_COMMUNICATION, TPDO_MAPPING};
 use crate::{Id, NodeError};
 use parameters::Parameters;
+use shape::Shape;
 
 /// Bits of a classic CAN frame's data field.
 const ROOM: usize = 64;
@@ -35,6 +39,27 @@ impl Pdos {
             receive: receive.into_iter().map(|p| Rpdo::new(p, communication)).collect(),
             transmit: transmit.into_iter().map(|p| Tpdo::new(p, communication)).collect(),
         })
+    }
+
+    /// Makes the PDOs, which still have their default mappings, as the device says.
+    pub(crate) fn shape(
+        &mut self,
+        traits: &[PdoTraits],
+        communication: &Dictionary,
+        application: &Schema,
+        takes_time: bool,
+    ) {
+        let shape = |parameters: &Parameters| {
+            let is_meant = |t: &&PdoTraits| {
+                t.direction == parameters.direction && t.number.checked_sub(1) == Some(parameters.number)
+            };
+            let count = parameters.count(communication);
+            let mapping = parameters.mapping(communication, application, count).unwrap_or_default();
+            let traits = traits.iter().find(is_meant);
+            traits.map_or_else(Shape::default, |t| Shape::new(t, mapping, application, takes_time))
+        };
+        self.receive.iter_mut().for_each(|r| r.shape = shape(&r.parameters));
+        self.transmit.iter_mut().for_each(|t| t.shape = shape(&t.parameters));
     }
 
     /// Takes over all parameters, as a reset does.
@@ -64,6 +89,16 @@ impl Pdos {
         let transmit = self.transmit.iter_mut().filter(|t| is_meant(&t.parameters));
         transmit.for_each(|t| t.reload(now, communication, application));
         true
+    }
+
+    /// Which PDO the object `index` belongs to, and its position among its kind.
+    pub(crate) fn position(&self, index: u16) -> Option<(Direction, usize)> {
+        let Record { direction, number, .. } = Record::at(index)?;
+        let position = match direction {
+            Direction::Receive => self.receive.iter().position(|r| r.parameters.number == number),
+            Direction::Transmit => self.transmit.iter().position(|t| t.parameters.number == number),
+        };
+        position.map(|position| (direction, position))
     }
 
     /// Ends the supervision of the RPDO that the object `index` belongs to. Returns its number if that ends an error.

@@ -106,6 +106,17 @@ impl Mapping {
         }
     }
 
+    /// Puts `raw` where `payload` carries the entry at `slot`.
+    pub fn put(&self, slot: Slot, raw: u64, payload: &mut [u8]) {
+        let mut offset = 0;
+        for field in &self.fields {
+            if field.slot == Some(slot) {
+                bits::put(payload, offset, field.width, raw);
+            }
+            offset += usize::from(field.width);
+        }
+    }
+
     /// The slots and bit patterns in `payload`, dummies left out.
     pub fn unpack(&self, payload: &[u8]) -> impl Iterator<Item = (Slot, u64)> {
         let mut offset = 0;

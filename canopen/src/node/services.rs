@@ -97,8 +97,7 @@ impl Node {
         let is_back = rpdo.receive(now, frame.payload());
         let after = rpdo.reception;
         if !rpdo.is_synchronous() {
-            let is_taken = rpdo.apply(application, self.origin, &mut self.batch);
-            self.counters.refused_rpdos += u64::from(!is_taken);
+            self.act_on(now, position, application);
         }
         if is_back {
             self.restore_connection(Cause::Rpdo(number));
@@ -190,6 +189,7 @@ impl Node {
                         self.restore_connection(Cause::Rpdo(number));
                     }
                     if self.pdos.reload(now, index, &self.communication, application) {
+                        self.forget_processed(index);
                         self.resubscribe();
                     }
                 }

@@ -5,6 +5,7 @@ use core::time::Duration;
 use od::{Dictionary, Instant};
 
 use super::Node;
+use crate::pdo::Rpdo;
 use crate::{Emergency, Event, Frame, TimeOfDay};
 
 impl Node {
@@ -48,21 +49,22 @@ impl Node {
             return;
         }
         self.clear(Emergency::SYNC_LENGTH);
-        self.apply_synchronous(application);
+        self.apply_synchronous(now, application);
     }
 
     /// Sends the SYNC that is due; the TPDOs that it triggers follow when they are sampled.
     pub(super) fn produce_sync(&mut self, now: Instant, application: &mut Dictionary) {
         if let Some(sync) = self.sync.produce(now, &self.communication) {
             self.send(sync);
-            self.apply_synchronous(application);
+            self.apply_synchronous(now, application);
         }
     }
 
-    fn apply_synchronous(&mut self, application: &mut Dictionary) {
-        for rpdo in self.pdos.receive.iter_mut().filter(|rpdo| rpdo.is_synchronous()) {
-            let is_taken = rpdo.apply(application, self.origin, &mut self.batch);
-            self.counters.refused_rpdos += u64::from(!is_taken);
+    fn apply_synchronous(&mut self, now: Instant, application: &mut Dictionary) {
+        for position in 0..self.pdos.receive.len() {
+            if self.pdos.receive.get(position).is_some_and(Rpdo::is_synchronous) {
+                self.act_on(now, position, application);
+            }
         }
     }
 }

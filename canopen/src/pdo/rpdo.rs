@@ -1,11 +1,11 @@
 //! Process data into the device.
 
-use core::cmp::Ordering;
 use core::time::Duration;
 
 use od::{Data, Dictionary, Instant, Mapping, Origin, Schema, Write};
 
 use super::parameters::{Parameters, Transmission};
+use super::shape::Shape;
 use crate::watch::Watch;
 use crate::{CobId, Emergency};
 
@@ -40,9 +40,13 @@ pub(crate) struct Rpdo {
     pub(crate) reception: Reception,
     /// Whether the next one comes in time.
     pub(crate) watch: Watch,
+    /// What the device says of it.
+    pub(crate) shape: Shape,
     transmission: Transmission,
     event_period: Option<Duration>,
     mapping: Mapping,
+    /// The most bytes it has, reserved ones included.
+    bytes: usize,
     latched: Option<[u8; 8]>,
 }
 
@@ -55,9 +59,11 @@ impl Rpdo {
             cob_id,
             reception: Reception::Good,
             watch: Watch::Idle,
+            shape: Shape::default(),
             transmission,
             event_period: None,
             mapping: Mapping::default(),
+            bytes: 0,
             latched: None,
         }
     }
@@ -69,6 +75,7 @@ impl Rpdo {
         self.event_period = self.parameters.event_period(communication);
         let count = self.parameters.count(communication);
         self.mapping = self.parameters.mapping(communication, application, count).unwrap_or_default();
+        self.bytes = self.shape.bytes(&self.mapping);
         self.latched = None;
     }
 
@@ -92,10 +99,12 @@ impl Rpdo {
     ///
     /// The first one starts the supervision (CiA 301 v4.2, section 7.5.2.35, event timer).
     pub(crate) fn receive(&mut self, now: Instant, payload: &[u8]) -> bool {
-        self.reception = match payload.len().cmp(&self.mapping.bytes()) {
-            Ordering::Less => Reception::TooShort,
-            Ordering::Equal => Reception::Good,
-            Ordering::Greater => Reception::TooLong,
+        self.reception = if payload.len() < self.mapping.bytes() {
+            Reception::TooShort
+        } else if payload.len() <= self.bytes {
+            Reception::Good
+        } else {
+            Reception::TooLong
         };
         if self.reception == Reception::TooShort {
             return false;
@@ -120,9 +129,24 @@ impl Rpdo {
         origin: Origin,
         batch: &mut Vec<Write<'static>>,
     ) -> bool {
-        let Some(payload) = self.latched.take() else { return true };
+        self.take().is_none_or(|payload| self.write(&payload, application, origin, batch))
+    }
+
+    /// Takes what is latched.
+    pub(crate) fn take(&mut self) -> Option<[u8; 8]> {
+        self.latched.take()
+    }
+
+    /// Writes a payload as one batch. Returns false if the gate refused it.
+    pub(crate) fn write(
+        &self,
+        payload: &[u8; 8],
+        application: &mut Dictionary,
+        origin: Origin,
+        batch: &mut Vec<Write<'static>>,
+    ) -> bool {
         batch.clear();
-        batch.extend(self.mapping.unpack(&payload).map(|(slot, raw)| Write { slot, data: Data::Raw(raw) }));
+        batch.extend(self.mapping.unpack(payload).map(|(slot, raw)| Write { slot, data: Data::Raw(raw) }));
         application.write(origin, batch).is_ok()
     }
 }

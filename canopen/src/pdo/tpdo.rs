@@ -2,9 +2,10 @@
 
 use core::time::Duration;
 
-use od::{Dictionary, Instant, Mapping, Schema};
+use od::{Dictionary, Instant, Mapping, Schema, Slot};
 
 use super::parameters::{Parameters, Transmission};
+use super::shape::Shape;
 use crate::deadline::following;
 use crate::sync::Tick;
 use crate::{CobId, Frame};
@@ -23,8 +24,12 @@ pub(crate) struct Occasion {
 pub(crate) struct Tpdo {
     pub(crate) parameters: Parameters,
     pub(crate) cob_id: CobId,
+    /// What the device says of it.
+    pub(crate) shape: Shape,
     transmission: Transmission,
     mapping: Mapping,
+    /// Its length, reserved bytes included.
+    bytes: usize,
     inhibit: Duration,
     event_period: Option<Duration>,
     /// The payload last sent, or last sampled for a request.
@@ -46,8 +51,10 @@ impl Tpdo {
         Self {
             parameters,
             cob_id,
+            shape: Shape::default(),
             transmission,
             mapping: Mapping::default(),
+            bytes: 0,
             inhibit: Duration::ZERO,
             event_period: None,
             last: None,
@@ -70,6 +77,7 @@ impl Tpdo {
         self.sync_start = self.parameters.sync_start(communication);
         let count = self.parameters.count(communication);
         self.mapping = self.parameters.mapping(communication, application, count).unwrap_or_default();
+        self.bytes = self.shape.bytes(&self.mapping);
         self.start(now);
     }
 
@@ -174,7 +182,19 @@ impl Tpdo {
             let expired = self.event_deadline.map_or(now, |deadline| deadline.min(now));
             self.event_deadline = self.event_period.map(|period| following(expired, period, now));
         }
-        Frame::new(self.cob_id.id(), payload.get(..self.mapping.bytes()).unwrap_or_default())
+        self.frame(&payload)
+    }
+
+    /// The frame to send now that the device has processed it, with what a scan has read last.
+    pub(crate) fn compose(&mut self, application: &Dictionary, scanned: Option<(Slot, u64)>) -> Frame {
+        let mut payload = self.pack(application);
+        scanned.into_iter().for_each(|(slot, raw)| self.mapping.put(slot, raw, &mut payload));
+        self.last = Some(payload);
+        self.frame(&payload)
+    }
+
+    fn frame(&self, payload: &[u8; 8]) -> Frame {
+        Frame::new(self.cob_id.id(), payload.get(..self.bytes).unwrap_or_default())
     }
 
     fn pack(&self, application: &Dictionary) -> [u8; 8] {

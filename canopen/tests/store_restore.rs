@@ -55,6 +55,8 @@ impl Owner {
                 | Event::NodeId(_)
                 | Event::Subscriptions
                 | Event::Time
+                | Event::QueueOverflow
+                | Event::QueueDrained
                 | Event::ConnectionLost(_)
                 | Event::Emergency { .. } => {}
             }

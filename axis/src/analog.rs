@@ -174,7 +174,7 @@ impl Drive for AnalogDrive {
     fn step(&mut self, command: &Command) -> Feedback {
         self.steps = self.steps.wrapping_add(1);
         let is_powered = self.stage.is_on() && command.enable;
-        if self.stage.switch(command, self.plant.fault()) {
+        if self.stage.switch(command, &self.plant) {
             self.controller.reset();
         }
         if is_powered {

@@ -51,6 +51,8 @@ pub struct Plant {
     fault: Option<DriveFault>,
     injected_fault: Option<DriveFault>,
     monitors_encoder: bool,
+    /// Whether anything passes between the drive and whoever commands it.
+    is_connected: bool,
     sensor: Sensor,
     feed: Feed,
     heat: Heat,
@@ -75,6 +77,7 @@ impl Plant {
             fault: None,
             injected_fault: None,
             monitors_encoder: config.monitors_encoder,
+            is_connected: true,
             sensor: Sensor::new(config.noise, config.encoder_break, counts),
             feed: Feed::new(config.supply),
             heat: Heat::new(config.ambient, config.thermal, config.overload),
@@ -170,7 +173,7 @@ impl Plant {
     #[must_use]
     pub(crate) fn feedback(&self) -> Feedback {
         Feedback {
-            valid: true,
+            valid: self.is_connected,
             voltage: self.supply(),
             temperature: self.temperature(),
             overload: self.overload(),
@@ -189,6 +192,12 @@ impl Plant {
     #[must_use]
     pub fn fault(&self) -> Option<DriveFault> {
         self.fault
+    }
+
+    /// Whether the drive and whoever commands it hear each other.
+    #[must_use]
+    pub(crate) fn is_connected(&self) -> bool {
+        self.is_connected
     }
 
     /// Whether another step without torque would change nothing but the temperature; for that there is
@@ -234,7 +243,8 @@ impl Plant {
         let drive = self.injected_fault.map(PlantFault::DriveFault);
         let supply = self.feed.dip().map(PlantFault::SupplyDip);
         let stuck = self.switches.stuck().map(|(input, level)| PlantFault::StuckSwitch(input, level));
-        [encoder, shaft, drive, supply].into_iter().flatten().chain(stuck)
+        let connection = (!self.is_connected).then_some(PlantFault::ConnectionLoss);
+        [encoder, shaft, drive, supply, connection].into_iter().flatten().chain(stuck)
     }
 
     /// The torque that accelerates motor and load by `acceleration` (counts/s²) while they move at
@@ -269,6 +279,7 @@ impl Plant {
             PlantFault::BlockedShaft => self.mechanics.set_blocked(is_on),
             PlantFault::DriveFault(cause) => self.injected_fault = is_on.then_some(cause),
             PlantFault::SupplyDip(voltage) => self.feed.set_dip(is_on.then_some(voltage)),
+            PlantFault::ConnectionLoss => self.is_connected = !is_on,
         }
         self.touch();
     }

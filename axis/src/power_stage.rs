@@ -1,6 +1,7 @@
 //! The power stage of a simulated drive: on, off, and tripped.
 
 use crate::drive::{Command, DriveFault, DriveState};
+use crate::plant::Plant;
 
 /// Follows the enable command, which takes its time, and keeps a fault until it is reset.
 #[derive(Clone, Debug)]
@@ -16,13 +17,16 @@ impl PowerStage {
         Self { state: DriveState::Disabled, enabling_steps, enabling_left: 0 }
     }
 
-    /// Obeys the command with the electronics tripping on `fault`; whether the power has just come on.
-    pub(crate) fn switch(&mut self, command: &Command, fault: Option<DriveFault>) -> bool {
-        let can_reset = command.reset_fault && fault.is_none();
+    /// Obeys the command, as far as it comes through, with the electronics tripping on the fault of `plant`; whether the
+    /// power has just come on. When the connection is there again the stage is off.
+    pub(crate) fn switch(&mut self, command: &Command, plant: &Plant) -> bool {
+        let can_reset = command.reset_fault && plant.fault().is_none();
         let before = self.state;
         self.state = match (self.state, command.enable) {
+            (_, _) if !plant.is_connected() => DriveState::Lost,
             (DriveState::Fault(_), _) if can_reset => DriveState::Disabled,
-            (fault @ (DriveState::Fault(_) | DriveState::Lost), _) => fault,
+            (fault @ DriveState::Fault(_), _) => fault,
+            (DriveState::Lost, _) => DriveState::Disabled,
             (_, false) => DriveState::Disabled,
             (DriveState::Enabled, true) => DriveState::Enabled,
             (DriveState::NotReady | DriveState::Disabled, true) => self.enable(self.enabling_steps),

@@ -129,7 +129,7 @@ impl Drive for SimulatedServo {
     fn step(&mut self, command: &Command) -> Feedback {
         self.steps = self.steps.wrapping_add(1);
         let is_powered = self.stage.is_on() && command.enable;
-        if self.stage.switch(command, self.plant.fault()) {
+        if self.stage.switch(command, &self.plant) {
             self.controller = Controller::default();
         }
         if is_powered {

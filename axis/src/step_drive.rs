@@ -175,7 +175,7 @@ impl Drive for StepDrive {
     fn step(&mut self, command: &Command) -> Feedback {
         self.steps = self.steps.wrapping_add(1);
         let is_powered = self.stage.is_on() && command.enable;
-        self.stage.switch(command, self.plant.fault());
+        self.stage.switch(command, &self.plant);
         let from = self.pulses.place();
         let output = if is_powered {
             self.pulses.step(self.target(&command.demand), command.moving)

@@ -6,8 +6,9 @@ use std::num::NonZeroU32;
 
 use axis::{
     Acceleration, AnalogConfig, AnalogDrive, Axis, Coding, Creep, DriveFault, DriveState, Fault, Finish,
-    Limits, Mark, Order, Period, PlantConfig, PlantFault, Position, Profile, Scale, SensorConfig, Status,
-    StepConfig, StepDrive, StepFeedback, Stepping, Torque, Travel, Turn, Velocity,
+    Limits, Mark, Order, Period, PlantConfig, PlantFault, Position, Profile, Scale, SensorConfig,
+    ServoConfig, SimulatedServo, Status, StepConfig, StepDrive, StepFeedback, Stepping, Torque, Travel, Turn,
+    Velocity,
 };
 use bench::{complete, run, run_until, seek};
 
@@ -102,6 +103,37 @@ fn a_value_beyond_the_range_is_an_encoder_error_and_the_motor_coasts() {
     let status = run(&mut axis, 1);
     assert_eq!(status.fault, Some(Fault::Drive(DriveFault::Encoder)));
     assert_eq!(run(&mut axis, 1).actual.torque, Torque(0.0));
+}
+
+#[test]
+fn a_drive_that_is_not_heard_any_more_coasts_and_is_off_when_it_is_back() {
+    let servo_itself = || {
+        let drive = SimulatedServo::new(Period::MILLISECOND, ServoConfig::default());
+        let mut axis = Axis::new(Period::MILLISECOND, Limits::default(), Box::new(drive));
+        axis.power_on();
+        run(&mut axis, 20);
+        axis
+    };
+    for mut axis in [servo_itself(), servo(AnalogConfig::default()), stepper(StepConfig::default())] {
+        axis.order(Order::RunAt(Velocity(5_000.0), PROFILE));
+        assert!(run(&mut axis, 100).actual.velocity.0 > 4_000.0);
+        axis.plant().unwrap().inject(PlantFault::ConnectionLoss);
+        let before = run(&mut axis, 1);
+        assert_eq!((before.drive, before.fault), (DriveState::Lost, Some(Fault::Lost)));
+        let lost = run(&mut axis, 100);
+        assert_eq!(lost.actual, before.actual, "the last that was heard");
+        assert!(!axis.is_quiet(), "it listens");
+        axis.reset_fault();
+        assert_eq!(run(&mut axis, 2).fault, Some(Fault::Lost), "the cause lasts");
+        axis.plant().unwrap().clear(PlantFault::ConnectionLoss);
+        let back = run(&mut axis, 1);
+        assert_eq!((back.drive, back.fault), (DriveState::Disabled, Some(Fault::Lost)));
+        assert_ne!(back.actual.position, before.actual.position, "it has coasted");
+        axis.reset_fault();
+        axis.power_on();
+        let enabled = run(&mut axis, 20);
+        assert_eq!((enabled.drive, enabled.fault), (DriveState::Enabled, None));
+    }
 }
 
 #[test]

@@ -45,7 +45,8 @@ enum Command {
 
 #[derive(Debug, Subcommand)]
 enum Fault {
-    /// Break something: encoder-break, blocked-shaft, stuck-switch:INPUT=LEVEL, drive-fault:CAUSE, supply-dip:VOLTS
+    /// Break something: encoder-break, blocked-shaft, stuck-switch:INPUT=LEVEL, drive-fault:CAUSE, supply-dip:VOLTS,
+    /// connection-loss
     Inject {
         /// Name of the device
         device: String,

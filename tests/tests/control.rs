@@ -112,7 +112,8 @@ fn axisctl_says_what_is_wrong_with_a_fault_and_ends_with_1() {
     let error = |text: &str| (Some(1), format!("axisctl: {text}\n"));
 
     let unknown = "unknown fault `block-shaft`; did you mean `blocked-shaft`? \
-                   known: encoder-break, blocked-shaft, stuck-switch, drive-fault, supply-dip";
+                   known: encoder-break, blocked-shaft, stuck-switch, drive-fault, supply-dip, \
+                   connection-loss";
     assert_eq!(refused(&["inject", "x-axis", "block-shaft"]), error(unknown));
     let unknown = "no device `x`; there are: x-axis, reference";
     assert_eq!(refused(&["inject", "x", "blocked-shaft"]), error(unknown));

@@ -17,6 +17,8 @@ pub enum PlantFault {
     DriveFault(DriveFault),
     /// The supply sinks to this voltage.
     SupplyDip(Voltage),
+    /// Nothing passes between the drive and whoever commands it; meanwhile the drive is switched off.
+    ConnectionLoss,
 }
 
 /// A fault that comes, and perhaps goes, at a time of the plant: the sum of all its steps.

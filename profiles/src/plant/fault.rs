@@ -1,5 +1,5 @@
 //! The text form of plant faults, for configurations and for people at a keyboard: `encoder-break`,
-//! `blocked-shaft`, `stuck-switch:home=low`, `drive-fault:over-current`, `supply-dip:10`.
+//! `blocked-shaft`, `stuck-switch:home=low`, `drive-fault:over-current`, `supply-dip:10`, `connection-loss`.
 
 use core::fmt;
 use core::ops::RangeInclusive;
@@ -38,7 +38,9 @@ const BLOCKED_SHAFT: &str = "blocked-shaft";
 const STUCK_SWITCH: &str = "stuck-switch";
 const DRIVE_FAULT: &str = "drive-fault";
 const SUPPLY_DIP: &str = "supply-dip";
-const FAULTS: [&str; 5] = [ENCODER_BREAK, BLOCKED_SHAFT, STUCK_SWITCH, DRIVE_FAULT, SUPPLY_DIP];
+const CONNECTION_LOSS: &str = "connection-loss";
+const FAULTS: [&str; 6] =
+    [ENCODER_BREAK, BLOCKED_SHAFT, STUCK_SWITCH, DRIVE_FAULT, SUPPLY_DIP, CONNECTION_LOSS];
 const ALL: &str = "all";
 
 /// What a supply may sink to, in volts.
@@ -79,6 +81,7 @@ impl FromStr for PlantFault {
         let fault = match (word.unwrap_or(text), detail) {
             (ENCODER_BREAK, None) => axis::PlantFault::EncoderBreak,
             (BLOCKED_SHAFT, None) => axis::PlantFault::BlockedShaft,
+            (CONNECTION_LOSS, None) => axis::PlantFault::ConnectionLoss,
             (STUCK_SWITCH, Some(detail)) => stuck_switch(detail)?,
             (DRIVE_FAULT, Some(cause)) => axis::PlantFault::DriveFault(find("drive fault", CAUSES, cause)?),
             (SUPPLY_DIP, Some(volts)) => axis::PlantFault::SupplyDip(voltage(volts)?),
@@ -98,6 +101,7 @@ impl fmt::Display for PlantFault {
             }
             axis::PlantFault::DriveFault(cause) => write!(f, "{DRIVE_FAULT}:{}", word(CAUSES, &cause)),
             axis::PlantFault::SupplyDip(Voltage(volts)) => write!(f, "{SUPPLY_DIP}:{volts}"),
+            axis::PlantFault::ConnectionLoss => f.write_str(CONNECTION_LOSS),
         }
     }
 }
@@ -139,7 +143,7 @@ fn misused(word: &str) -> UnknownFault {
         STUCK_SWITCH => "stuck-switch:INPUT=LEVEL, such as `stuck-switch:home=low`",
         DRIVE_FAULT => "drive-fault:CAUSE, such as `drive-fault:over-current`",
         SUPPLY_DIP => "supply-dip:VOLTS, such as `supply-dip:10`",
-        ENCODER_BREAK | BLOCKED_SHAFT => {
+        ENCODER_BREAK | BLOCKED_SHAFT | CONNECTION_LOSS => {
             return UnknownFault { message: format!("`{word}` stands alone"), help: None };
         }
         _ => return unknown("fault", word, FAULTS),
@@ -175,6 +179,7 @@ mod tests {
         let fault = prop_oneof![
             Just(axis::PlantFault::EncoderBreak),
             Just(axis::PlantFault::BlockedShaft),
+            Just(axis::PlantFault::ConnectionLoss),
             (input, any::<bool>()).prop_map(|(input, level)| axis::PlantFault::StuckSwitch(input, level)),
             cause.prop_map(axis::PlantFault::DriveFault),
             VOLTS.prop_map(|volts| axis::PlantFault::SupplyDip(Voltage(volts))),
@@ -187,6 +192,7 @@ mod tests {
         let text = |fault| PlantFault(fault).to_string();
         assert_eq!(text(axis::PlantFault::EncoderBreak), "encoder-break");
         assert_eq!(text(axis::PlantFault::BlockedShaft), "blocked-shaft");
+        assert_eq!(text(axis::PlantFault::ConnectionLoss), "connection-loss");
         let stuck = axis::PlantFault::StuckSwitch(Input::PositiveLimit, true);
         assert_eq!(text(stuck), "stuck-switch:positive-limit=high");
         assert_eq!(text(axis::PlantFault::DriveFault(DriveFault::OverCurrent)), "drive-fault:over-current");
@@ -195,7 +201,8 @@ mod tests {
 
     #[test]
     fn a_text_that_is_no_fault_is_answered_with_what_would_be_right() {
-        let known = "known: encoder-break, blocked-shaft, stuck-switch, drive-fault, supply-dip";
+        let known =
+            "known: encoder-break, blocked-shaft, stuck-switch, drive-fault, supply-dip, connection-loss";
         assert_eq!(
             refused("blocked-shaf"),
             format!("unknown fault `blocked-shaf`; did you mean `blocked-shaft`? {known}")

@@ -209,6 +209,12 @@ impl Device {
         self.publish();
     }
 
+    /// Notes that PDOs come faster than the device processes them, or that none waits any more.
+    pub fn set_overflow(&mut self, has_overflowed: bool) {
+        self.units.iter_mut().for_each(|unit| unit.vendor.set_overflow(has_overflowed));
+        self.publish();
+    }
+
     /// The simulated plant behind an axis, to change it or to break something; it acts with the next raster step,
     /// which is due after `now`.
     pub fn plant(&mut self, axis: usize, now: Instant) -> Option<&mut Plant> {
@@ -258,6 +264,18 @@ impl Device {
         }
         for number in 0..self.units.len() {
             self.tell_fault(number);
+            self.tell_error(number);
+        }
+    }
+
+    /// Tells that an error of the vendor's vocabulary has come or gone.
+    fn tell_error(&mut self, number: usize) {
+        let Some(unit) = self.units.get_mut(number) else { return };
+        let error = unit.vendor.error();
+        let shown = core::mem::replace(&mut unit.shown_error, error);
+        if shown != error {
+            self.events.extend(shown.map(|error| DeviceEvent::Cleared(error.code)));
+            self.events.extend(error.map(DeviceEvent::Raised));
         }
     }
 

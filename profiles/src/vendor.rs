@@ -10,7 +10,7 @@ use od::{Dictionary, Slot};
 use crate::cia402::units::Units;
 use crate::cia402::{Context, Drive402, SetPoints, View};
 use crate::slots::{Parameters, Slots};
-use crate::{Binding, Dialect, Motor, RegisterFile, Role, Space, jvl};
+use crate::{Binding, Dialect, Fault, Motor, RegisterFile, Role, Space, jvl};
 
 /// The vocabulary of one axis.
 #[derive(Debug)]
@@ -201,6 +201,22 @@ impl Vendor {
         match self {
             Self::None => {}
             Self::Jvl(module) => module.step(scope),
+        }
+    }
+
+    /// Notes that PDOs come too fast for the device, or that none waits any more.
+    pub(crate) fn set_overflow(&mut self, has_overflowed: bool) {
+        match self {
+            Self::None => {}
+            Self::Jvl(module) => module.set_overflow(has_overflowed),
+        }
+    }
+
+    /// An error that stands beside the fault of the drive.
+    pub(crate) fn error(&self) -> Option<Fault> {
+        match self {
+            Self::None => None,
+            Self::Jvl(module) => module.error(),
         }
     }
 

@@ -87,6 +87,18 @@ fn a_fault_whose_cause_lasts_cannot_be_reset() {
 }
 
 #[test]
+fn a_second_reset_before_the_next_raster_step_does_not_reset_a_fault_whose_cause_lasts() {
+    let mut bench = running(SERVO);
+    bench.plant().inject(PlantFault::DriveFault(DriveFault::OverCurrent));
+    assert_fault(&mut bench, 0x2310, CURRENT);
+    for word in [0x80, 0x00, 0x80] {
+        bench.control(word);
+    }
+    bench.run(10);
+    assert_eq!((bench.state(), bench.events()), (State::Fault, vec![]));
+}
+
+#[test]
 fn a_reset_that_brings_another_cause_to_light_tells_that_one() {
     let mut bench = running(SERVO);
     bench.plant().inject(PlantFault::DriveFault(DriveFault::OverCurrent));
@@ -286,6 +298,87 @@ fn every_other_fault_is_a_motor_error_of_jvls_module() {
     bench.plant().inject(PlantFault::DriveFault(DriveFault::OverCurrent));
     assert_fault(&mut bench, 0x1001, 0);
     assert_eq!(bench.get_sub(0x2011, 3) & 0b101, 0b001);
+}
+
+#[test]
+fn a_module_that_does_not_hear_its_motor_tells_it_until_it_does_again() {
+    let mut bench = running(JVL);
+    let (position, setup) = (bench.position(), bench.get_sub(0x2011, 6));
+    bench.plant().inject(PlantFault::ConnectionLoss);
+    assert_fault(&mut bench, 0x1003, 0);
+    assert_eq!(bench.get_sub(0x2011, 3) & 0b111, 0b010, "disconnected, and no motor error");
+    assert!((bench.position() - position).abs() < 200, "what it heard last");
+    bench.set(0x2010, 2);
+    bench.control(0x80);
+    bench.run(10);
+    assert_eq!((bench.state(), bench.get(0x603F)), (State::Fault, 0x1003), "the cause lasts");
+    assert_eq!(bench.events(), []);
+    bench.set_sub(0x2011, 6, setup);
+    bench.plant().clear(PlantFault::ConnectionLoss);
+    bench.run(20);
+    assert_eq!((bench.state(), bench.get(0x603F)), (State::SwitchOnDisabled, 0));
+    assert_eq!(bench.get_sub(0x2011, 3) & 0b111, 0);
+    assert_eq!(bench.events(), [DeviceEvent::Cleared(0x1003)]);
+    assert!((bench.position() - position).abs() > 200, "it has coasted meanwhile");
+    bench.enable(3);
+}
+
+#[test]
+fn a_motor_whose_supply_fails_while_nobody_hears_it_tells_that_when_it_is_heard_again() {
+    let mut bench = running(JVL);
+    bench.plant().inject(PlantFault::ConnectionLoss);
+    assert_fault(&mut bench, 0x1003, 0);
+    bench.plant().inject(PlantFault::DriveFault(DriveFault::UnderVoltage));
+    bench.plant().clear(PlantFault::ConnectionLoss);
+    bench.run(20);
+    assert_eq!((bench.state(), bench.get(0x603F)), (State::Fault, 0x1001));
+    let events = bench.events();
+    assert!(matches!(events[..], [DeviceEvent::Cleared(0x1003), DeviceEvent::Raised(_)]), "{events:?}");
+}
+
+#[test]
+fn a_lost_drive_of_the_plain_standard_stays_a_fault_until_it_is_reset() {
+    let mut bench = running(SERVO);
+    bench.plant().inject(PlantFault::ConnectionLoss);
+    assert_fault(&mut bench, 0x7500, 0);
+    bench.plant().clear(PlantFault::ConnectionLoss);
+    bench.run(20);
+    assert_eq!(bench.state(), State::Fault);
+    assert_reset(&mut bench, 0x7500);
+}
+
+#[test]
+fn an_overflow_of_jvls_queue_is_an_error_until_it_is_empty_or_the_error_is_reset() {
+    let ends: [fn(&mut Bench); 2] = [|bench| bench.device.set_overflow(false), |bench| bench.set(0x2010, 2)];
+    for end in ends {
+        let mut bench = running(JVL);
+        bench.device.set_overflow(true);
+        bench.device.set_overflow(true);
+        bench.run(50);
+        let events = bench.events();
+        let [DeviceEvent::Raised(fault)] = events.as_slice() else { panic!("told once: {events:?}") };
+        assert_eq!((fault.code, fault.register), (0x1004, 0));
+        assert_eq!((bench.state(), bench.get(0x603F)), (State::OperationEnabled, 0), "the motor turns");
+        for other in [0, 1, 3, 255] {
+            bench.set(0x2010, other);
+        }
+        assert_eq!(bench.events(), []);
+        end(&mut bench);
+        end(&mut bench);
+        assert_eq!(bench.events(), [DeviceEvent::Cleared(0x1004)]);
+    }
+}
+
+#[test]
+fn the_reserved_commands_of_jvls_module_are_taken_and_do_nothing() {
+    let mut bench = running(JVL);
+    bench.batch(&[(0x2011, 7, 0x20)]).unwrap();
+    bench.plant().inject(PlantFault::StuckSwitch(Input::PositiveLimit, true));
+    assert_fault(&mut bench, 0x1002, 0);
+    for command in (0..=255).filter(|command| *command != 1) {
+        bench.set(0x2010, command);
+    }
+    assert_eq!((bench.state(), bench.events()), (State::Fault, vec![]));
 }
 
 #[test]

@@ -268,9 +268,9 @@ impl Drive402 {
         }
     }
 
-    /// Resets the error of a limit switch alone, as JVL's modules can.
-    pub(crate) fn reset_limit_error(&mut self, context: &mut Context<'_>) {
-        if self.state == State::Fault && self.fault == Some(Fault::limit_switch()) && !self.is_shutting_down {
+    /// Resets this fault and no other, as JVL's modules can.
+    pub(crate) fn reset_only(&mut self, fault: Fault, context: &mut Context<'_>) {
+        if self.state == State::Fault && self.fault == Some(fault) && !self.is_shutting_down {
             self.reset_fault(context);
         }
     }
@@ -373,6 +373,9 @@ impl Drive402 {
 
     /// Resets the fault. Where the cause may last, the next raster step tells whether it does.
     fn reset_fault(&mut self, context: &mut Context<'_>) {
+        if self.is_resetting {
+            return;
+        }
         let may_last = match context.axis.status().fault {
             Some(
                 axis::Fault::Drive(_)

@@ -24,6 +24,9 @@ const PROFILE: u8 = 1 << 5;
 impl Fault {
     /// The fault of an axis in the words of `dialect`.
     pub(crate) fn new(fault: axis::Fault, dialect: Dialect) -> Self {
+        if fault == axis::Fault::Lost && dialect == Dialect::Jvl {
+            return Self::motor_lost();
+        }
         let (code, register) = standard(fault);
         Self::told(code, register, dialect)
     }
@@ -48,6 +51,16 @@ impl Fault {
     /// An error that JVL's motor has found (module manual, section 4.3.18).
     pub(crate) fn motor() -> Self {
         Self { code: 0x1001, register: 0, detail: [0; 5] }
+    }
+
+    /// JVL's module does not hear its motor any more: "Internal communication error" (module manual, section 4.3.18).
+    pub(crate) fn motor_lost() -> Self {
+        Self { code: 0x1003, register: 0, detail: [0; 5] }
+    }
+
+    /// JVL's module has had to drop a PDO: "Queue overflow in communication queue" (module manual, section 4.3.18).
+    pub(crate) fn queue_overflow() -> Self {
+        Self { code: 0x1004, register: 0, detail: [0; 5] }
     }
 
     /// The same fault with the number of its axis, from 1 on, in the first byte of the detail: for devices with

@@ -57,7 +57,7 @@ pub(super) struct Unit {
     motor: Motor,
     pub(super) axis: Axis,
     pub(super) drive: Drive402,
-    vendor: Vendor,
+    pub(super) vendor: Vendor,
     /// The axis knows its home position.
     is_referenced: bool,
     touch_probe: TouchProbe,
@@ -75,6 +75,7 @@ pub(super) struct Unit {
     /// Set-points that were written since the drive last acted.
     set_points: SetPoints,
     pub(super) shown_fault: Option<Fault>,
+    pub(super) shown_error: Option<Fault>,
 }
 
 /// How far [`Unit::advance`] has come.
@@ -118,6 +119,7 @@ impl Unit {
             written: Written::default(),
             set_points: SetPoints::empty(),
             shown_fault: None,
+            shown_error: None,
         }
     }
 
@@ -224,6 +226,7 @@ impl Unit {
         self.is_referenced = false;
         self.touch_probe = TouchProbe::default();
         self.shown_fault = None;
+        self.shown_error = None;
         self.written = Written::default();
         self.set_points = SetPoints::empty();
         self.read_units(dictionary);

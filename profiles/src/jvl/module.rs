@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use axis::{Level, Levels, Motion, Status, Voltage};
+use axis::{DriveState, Level, Levels, Motion, Status, Voltage};
 use bitflags::bitflags;
 
 use super::command::Command;
@@ -25,6 +25,8 @@ pub(crate) struct Module {
     /// What the command register of the module was last.
     command: u32,
     motor: Registers,
+    /// A PDO was dropped because too many waited for the motor.
+    has_overflowed: bool,
     wishes: VecDeque<Wish>,
 }
 
@@ -45,7 +47,14 @@ impl Module {
             }
             MotorKind::Stepper => Registers::Plain,
         };
-        Self { is_commanded: false, has_fastmac: false, command: 0, motor, wishes: VecDeque::new() }
+        Self {
+            is_commanded: false,
+            has_fastmac: false,
+            command: 0,
+            motor,
+            has_overflowed: false,
+            wishes: VecDeque::new(),
+        }
     }
 
     /// Notes that `binding` was written; whether that is for the module alone.
@@ -65,6 +74,16 @@ impl Module {
         }
     }
 
+    /// Notes that the queue between module and motor has overflowed, or is empty again.
+    pub(crate) fn set_overflow(&mut self, has_overflowed: bool) {
+        self.has_overflowed = has_overflowed;
+    }
+
+    /// The error that stands beside the fault of the drive.
+    pub(crate) fn error(&self) -> Option<Fault> {
+        self.has_overflowed.then(Fault::queue_overflow)
+    }
+
     /// Whether the motor runs the axis by its registers.
     pub(crate) fn runs_axis(&self) -> bool {
         match &self.motor {
@@ -79,11 +98,8 @@ impl Module {
             Registers::Plain => {}
             Registers::Mac(motor) => motor.act(scope),
         }
-        if core::mem::take(&mut self.is_commanded)
-            && scope.parameters().or(Binding::JvlCommand, 0) == RESET_LIMIT_ERROR
-        {
-            let (drive, mut context) = scope.drive();
-            drive.reset_limit_error(&mut context);
+        if core::mem::take(&mut self.is_commanded) {
+            self.reset(scope);
         }
         let fastmac = scope.parameters().or(Binding::JvlFastMac, 0) as u8;
         if core::mem::take(&mut self.has_fastmac)
@@ -95,6 +111,20 @@ impl Module {
             }
         }
         self.obey(scope);
+    }
+
+    /// Carries out the command of 0x2010.
+    fn reset(&mut self, scope: &mut Scope<'_>) {
+        let command = scope.parameters().or(Binding::JvlCommand, 0);
+        let (drive, mut context) = scope.drive();
+        match command {
+            RESET_LIMIT_ERROR => drive.reset_only(Fault::limit_switch(), &mut context),
+            RESET_COMMUNICATION_ERROR => {
+                drive.reset_only(Fault::motor_lost(), &mut context);
+                self.has_overflowed = false;
+            }
+            _ => {}
+        }
     }
 
     /// Carries out the command register, if it has changed.
@@ -120,8 +150,12 @@ impl Module {
         Wish::Store { space, then_reset: false }.join(&mut self.wishes);
     }
 
-    /// Follows the axis after a raster step.
+    /// Follows the axis after a raster step. The error of a lost motor is over when the motor is heard again.
     pub(crate) fn step(&mut self, scope: &mut Scope<'_>) {
+        if scope.axis.status().drive != DriveState::Lost {
+            let (drive, mut context) = scope.drive();
+            drive.reset_only(Fault::motor_lost(), &mut context);
+        }
         match &mut self.motor {
             Registers::Plain => {}
             Registers::Mac(motor) => motor.step(scope),
@@ -205,7 +239,8 @@ impl Module {
         let own = parameters.or(Binding::JvlOutputs, 0) as u32 | standard;
         let setup = parameters.or(Binding::JvlOutputSetup, 0) as u32;
         let in_position = u32::from(status.contains(MotorStatus::IN_POSITION));
-        let error = u32::from(status.intersects(MotorStatus::MOTOR_ERROR | MotorStatus::LIMIT_SWITCH_ERROR));
+        let errors = MotorStatus::MOTOR_ERROR | MotorStatus::DISCONNECTED | MotorStatus::LIMIT_SWITCH_ERROR;
+        let error = u32::from(status.intersects(errors));
         ((own & !setup) | ((in_position | error << 1) & setup)) & 0b11
     }
 
@@ -227,6 +262,8 @@ bitflags! {
     struct MotorStatus: u8 {
         /// A fatal motor error.
         const MOTOR_ERROR = 1 << 0;
+        /// The module does not hear the motor.
+        const DISCONNECTED = 1 << 1;
         /// A limit switch has been activated.
         const LIMIT_SWITCH_ERROR = 1 << 2;
         /// The motor is in the commanded position.
@@ -242,14 +279,17 @@ bitflags! {
 /// section 8.2.18).
 const NEGATIVE_LIMIT_BIT: u32 = 14;
 
-/// Command of 0x2010 (module manual, section 4.3.4).
+/// Commands of 0x2010 (module manual, section 4.3.4).
 const RESET_LIMIT_ERROR: i64 = 1;
+const RESET_COMMUNICATION_ERROR: i64 = 2;
 
 /// 0x2011:03 from the drive's state, fault and motion.
 fn motor_status(state: State, fault: Option<Fault>, statusword: Statusword, axis: &Status) -> MotorStatus {
     let is_limit = fault == Some(Fault::limit_switch());
+    let is_lost = fault == Some(Fault::motor_lost());
     let mut bits = MotorStatus::empty();
-    bits.set(MotorStatus::MOTOR_ERROR, state == State::Fault && !is_limit);
+    bits.set(MotorStatus::MOTOR_ERROR, state == State::Fault && !is_limit && !is_lost);
+    bits.set(MotorStatus::DISCONNECTED, axis.drive == DriveState::Lost);
     bits.set(MotorStatus::LIMIT_SWITCH_ERROR, is_limit);
     bits.set(MotorStatus::IN_POSITION, statusword.contains(Statusword::TARGET_REACHED));
     bits.set(MotorStatus::ACCELERATION, axis.motion == Motion::Accelerating);

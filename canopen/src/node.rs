@@ -312,6 +312,12 @@ impl Node {
         self.events.pop_front()
     }
 
+    /// Whether there is an event to act on.
+    #[must_use]
+    pub fn has_events(&self) -> bool {
+        !self.events.is_empty()
+    }
+
     /// Initialisation (CiA 301 v4.2, section 7.3.2.2.1): power-on values, boot-up, PRE-OPERATIONAL, and OPERATIONAL if
     /// the node starts itself.
     fn boot(&mut self, now: Instant, application: &Schema) {

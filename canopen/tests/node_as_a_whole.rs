@@ -4,10 +4,11 @@
 mod bench;
 
 use core::time::Duration;
+use std::sync::Arc;
 
 use bench::{Bench, device};
 use canopen::{BusState, CobId, Emergency, ErrorRegister, Frame, Id, NmtState, TimeOfDay};
-use od::{Address, Dictionary, Schema};
+use od::{Address, Dictionary, Direction, PdoTraits, Scan, Schema};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -182,8 +183,27 @@ fn pass(bench: &mut Bench, time: Duration) -> Vec<Frame> {
     all
 }
 
-/// Four TPDOs, 16 emergency messages, an SDO answer, three SDO aborts, SYNC, TIME, a heartbeat and a boot-up message.
-const MOST_AT_ONCE: usize = 28;
+/// Four TPDOs, 16 that have waited for a slow device, 16 emergency messages, an SDO answer, three SDO aborts, SYNC, TIME, a
+/// heartbeat and a boot-up message.
+const MOST_AT_ONCE: usize = 28 + 16;
+
+/// A node whose device takes its time for some of its PDOs, or does not.
+fn bench(is_slow: bool) -> Bench {
+    let micros = Duration::from_micros;
+    let (entry, switch) = (Address::new(0x6000, 1), Address::new(0x6200, 1));
+    let scan = Some(Scan { entry, switch, bit: 0, time: micros(300) });
+    let traits = |direction, number, time| PdoTraits { direction, number, length: 0, time, scan: None };
+    let pdos = [
+        traits(Direction::Receive, 1, micros(21_000)),
+        traits(Direction::Receive, 2, micros(900)),
+        PdoTraits { scan, ..traits(Direction::Transmit, 1, micros(12_500)) },
+        traits(Direction::Transmit, 2, micros(3_000)),
+    ];
+    let mut bench = Bench::off();
+    let schema = Arc::clone(bench.device.schema());
+    bench.node.shape_pdos(&pdos, &schema, is_slow);
+    bench.started()
+}
 
 fn check(frame: &Frame, bench: &Bench) {
     assert!(!frame.is_remote, "{frame}");
@@ -260,9 +280,9 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 256, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_node_sends_only_what_is_legal_and_the_same_again(steps in steps()) {
+    fn a_node_sends_only_what_is_legal_and_the_same_again(steps in steps(), is_slow: bool) {
         let run = || {
-            let mut bench = Bench::new();
+            let mut bench = bench(is_slow);
             let frames: Vec<Vec<Frame>> = steps.iter().map(|step| take(&mut bench, step)).collect();
             (frames, bench.events(), bench.node.counters())
         };
@@ -270,8 +290,8 @@ proptest! {
     }
 
     #[test]
-    fn a_reset_leaves_no_trace(steps in steps()) {
-        let mut bench = Bench::new();
+    fn a_reset_leaves_no_trace(steps in steps(), is_slow: bool) {
+        let mut bench = bench(is_slow);
         steps.iter().for_each(|step| drop(take(&mut bench, step)));
         bench.node.set_bus_state(bench.now, BusState::Active); // that is of the bus, not of the node
         bench.settle();

@@ -4,7 +4,7 @@ use core::time::Duration;
 use std::sync::Arc;
 
 use profiles::reader::{Node, Spanned, Table};
-use profiles::{PlantSetup, Profile, Report, Span};
+use profiles::{PlantSetup, Profile, Report, Span, Timing};
 
 use crate::bus::BusDraft;
 use crate::gateway::unique_name;
@@ -28,6 +28,8 @@ pub struct Device {
     /// 0x1018:04, unless `[device.identity]` gives it: a number that follows from the name, so that LSS tells equal
     /// devices apart and finds the same ones again.
     pub serial: Option<u32>,
+    /// When it takes and gives its process data.
+    pub timing: Timing,
     /// What the simulated plant of each of its axes has otherwise than its motor says.
     pub plant: PlantSetup,
 }
@@ -78,6 +80,7 @@ impl<'b, 'r> Devices<'b, 'r> {
         let on = self.attachments(&mut table, &label);
         let unit_id = self.unit_id(&mut table, on.as_deref(), &label);
         let sdo_timeout = sdo_timeout(&mut table);
+        let timing = timing(&mut table, profile.as_deref());
         let (profile, has_serial) = identity::read(&mut table, profile);
         let serial = (!has_serial).then(|| identity::serial_of(&label));
         let plant = plant::read(&mut table);
@@ -94,6 +97,7 @@ impl<'b, 'r> Devices<'b, 'r> {
             unit_id,
             sdo_timeout,
             serial,
+            timing,
             plant,
         }));
     }
@@ -182,6 +186,24 @@ fn node_id(table: &mut Table<'_, '_>) -> Option<u8> {
     let help = "write a number from 1 to 127, or 255 for a node that an LSS master configures".to_owned();
     table.report.error(&table.key_span("node_id"), message, help);
     None
+}
+
+/// `timing`, for devices whose profile knows times.
+fn timing(table: &mut Table<'_, '_>, profile: Option<&Profile>) -> Timing {
+    let parse = |word: &str| match word {
+        "immediate" => Some(Timing::Immediate),
+        "authentic" => Some(Timing::Authentic),
+        _ => None,
+    };
+    let timing = table.word("timing", parse, ["immediate", "authentic"]);
+    if table.has("timing")
+        && let Some(profile) = profile.filter(|profile| !profile.has_processing_times())
+    {
+        let message = format!("`{}` has no processing times", profile.name);
+        let help = "leave `timing` out: only JVL's CANopen modules take their time".to_owned();
+        table.report.error(&table.key_span("timing"), message, help);
+    }
+    timing.map_or(Timing::default(), Spanned::into_inner)
 }
 
 /// `sdo_timeout_ms`: 10 ms, which a client can just keep, to ten minutes.

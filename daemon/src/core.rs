@@ -27,7 +27,7 @@ use canopen::{
     BusState, Cause, Emergency, ErrorRegister, Event, Frame, Id, NmtState, Node, NodeError, Router,
 };
 use od::Instant;
-use profiles::{Device, DeviceEvent, Fault, PlantSetup, Profile, StoreOrder};
+use profiles::{Device, DeviceEvent, Fault, PlantSetup, Profile, StoreOrder, Timing};
 use thiserror::Error;
 
 use deadlines::Deadlines;
@@ -184,10 +184,11 @@ impl Core {
 
     fn add(&mut self, unit: usize, plan: &Plan, now: Instant) -> Result<(), NodeError> {
         let first = self.members.len();
-        let Profile { communication, application, .. } = &*plan.profile;
+        let Profile { communication, application, pdos, .. } = &*plan.profile;
         for (link, node_id) in plan.nodes.iter().copied() {
             let mut node = Node::new(node_id, link.0, Arc::clone(communication), application)?;
             plan.serial.into_iter().for_each(|serial| node.set_serial(serial));
+            node.shape_pdos(pdos, application, false);
             self.members.push(Member { node, unit, link, is_started: false, is_up: false });
         }
         // Defaults of the application that depend on a Node-ID follow the first.
@@ -203,6 +204,16 @@ impl Core {
         let Some(Unit { members, .. }) = self.units.get(device) else { return };
         let members = self.members.get_mut(members.clone()).unwrap_or_default();
         members.iter_mut().for_each(|member| member.node.set_sdo_timeout(timeout));
+    }
+
+    /// Lets `device`, which has not started, take its time for its process data as `timing` says; it has them at once
+    /// otherwise.
+    pub fn set_timing(&mut self, device: usize, timing: Timing) {
+        let Some(Unit { device, members, .. }) = self.units.get(device) else { return };
+        let Profile { application, pdos, .. } = &**device.profile();
+        let members = self.members.get_mut(members.clone()).unwrap_or_default();
+        let takes_time = timing == Timing::Authentic;
+        members.iter_mut().for_each(|member| member.node.shape_pdos(pdos, application, takes_time));
     }
 
     /// Powers on the nodes of `link`, which send their boot-up messages. Those that run go on.
@@ -395,6 +406,14 @@ impl Core {
                     Event::Emergency { producer, emergency } => {
                         Some(Notice::Emergency { producer, emergency })
                     }
+                    Event::QueueOverflow => {
+                        device.set_overflow(true);
+                        None
+                    }
+                    Event::QueueDrained => {
+                        device.set_overflow(false);
+                        None
+                    }
                     // For devices that have something to do with it; so far none has.
                     Event::Time => None,
                     Event::Subscriptions => {
@@ -428,15 +447,25 @@ impl Core {
         }
     }
 
-    /// Samples what the device now shows and queues what its nodes have to say.
+    /// Samples what the device now shows and queues what its nodes have to say, also of what comes to light with it.
     fn speak(&mut self, now: Instant, unit: usize) {
-        let Some(Unit { device, members, .. }) = self.units.get(unit) else { return };
+        if self.sample(now, unit) {
+            self.settle(now, unit);
+            self.sample(now, unit);
+        }
+    }
+
+    /// Samples and queues; whether a node has an event for the device then.
+    fn sample(&mut self, now: Instant, unit: usize) -> bool {
+        let Some(Unit { device, members, .. }) = self.units.get(unit) else { return false };
         let mut deadline = device.poll_timeout();
+        let mut has_events = false;
         for number in members.clone() {
             let Some(Unit { device, .. }) = self.units.get(unit) else { continue };
             let Some(Member { node, link, .. }) = self.members.get_mut(number) else { continue };
             let link = *link;
             node.sample(now, device.dictionary());
+            has_events |= node.has_events();
             deadline = deadline.into_iter().chain(node.poll_timeout()).min();
             if node.produces_time() {
                 self.telling.begin(now);
@@ -446,6 +475,7 @@ impl Core {
         // A deadline that stays in the past must not keep the caller from its other duties.
         let soonest = now + Duration::from_nanos(1);
         self.deadlines.set(unit, deadline.map(|deadline| deadline.max(soonest)));
+        has_events
     }
 
     fn send(&mut self, number: usize, link: LinkId) {

@@ -86,6 +86,7 @@ fn start(
     })?;
     for (number, device) in gateway.devices.iter().enumerate() {
         device.sdo_timeout.into_iter().for_each(|timeout| core.set_sdo_timeout(number, timeout));
+        core.set_timing(number, device.timing);
     }
     let (publisher, reader) = control::board(alarm.bell());
     let publisher = control.is_some().then_some(publisher);

@@ -170,6 +170,9 @@ pub struct Counters {
     pub late_rpdos: u64,
     /// RPDOs with values that the device refused.
     pub refused_rpdos: u64,
+    /// PDOs lost because too many waited for the device to process them.
+    #[serde(default)]
+    pub overflows: u64,
     /// Frames dropped because too many waited to be sent.
     pub dropped_frames: u64,
     /// Emergencies of others dropped because too many waited to be taken.

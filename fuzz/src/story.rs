@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use canopen::{CobId, Event, Frame, Id, NmtState, Node};
-use od::{Address, Dictionary, Initial, Instant, Saved, Value};
+use od::{Address, Dictionary, Direction, Initial, Instant, Saved, Value};
 use profiles::{Device, Profile};
 
 const NODE_ID: u8 = 1;
@@ -13,17 +13,20 @@ const SDO_REQUEST: u16 = 0x600;
 const SDO_ANSWER: u16 = 0x580;
 const ERROR_CONTROL: u16 = 0x700;
 const LSS_ANSWER: Id = Id::Standard(0x7E4);
-/// Frames that one event may lead to: a block of an SDO upload, 32 TPDOs, 16 emergency messages and some single ones.
-const MOST_AT_ONCE: usize = 127 + 32 + 16 + 8;
+/// Frames that one event may lead to: a block of an SDO upload, 32 TPDOs and 16 that have waited for the device, 16
+/// emergency messages and some single ones.
+const MOST_AT_ONCE: usize = 127 + 32 + 16 + 16 + 8;
 /// Deadlines that are served in one step: a SYNC may be produced in every microsecond.
 const MOST_DEADLINES: usize = 1000;
 
-/// Tells a story to a node of the profile that its first byte chooses.
+/// Tells a story to a node of the profile that its first byte chooses; with the highest bit set it takes the processing
+/// times of the profile for its PDOs.
 pub fn tell(story: &[u8]) {
     let mut bytes = story.iter().copied();
     let names = ["canopen-reference", "canopen-reference", "canopen-reference", "jvl-mac00-fc4"];
-    let name = names[usize::from(bytes.next().unwrap_or(0)) % names.len()];
-    let mut stage = Stage::new(profile(name));
+    let first = bytes.next().unwrap_or(0);
+    let name = names[usize::from(first) % names.len()];
+    let mut stage = Stage::new(profile(name), first & 0x80 != 0);
     while let Some(step) = bytes.next() {
         stage.take(step, &mut bytes);
     }
@@ -32,7 +35,7 @@ pub fn tell(story: &[u8]) {
 
 /// Has a client send these SDO requests, eight bytes each, and nothing else.
 pub fn request(messages: &[u8]) {
-    let mut stage = Stage::new(profile("canopen-reference"));
+    let mut stage = Stage::new(profile("canopen-reference"), false);
     for message in messages.chunks(8) {
         stage.hear(&Frame::new(stage.own(SDO_REQUEST), message));
     }
@@ -56,10 +59,11 @@ struct Stage {
 }
 
 impl Stage {
-    fn new(profile: Arc<Profile>) -> Self {
+    fn new(profile: Arc<Profile>, takes_time: bool) -> Self {
         let now = Instant::ZERO;
         let communication = Arc::clone(&profile.communication);
         let mut node = Node::new(NODE_ID, 0, communication, &profile.application).expect("a valid profile");
+        node.shape_pdos(&profile.pdos, &profile.application, takes_time);
         let device = Device::new(profile, NODE_ID, now);
         node.start(now, device.dictionary());
         Self { node, device, now, order: None }
@@ -170,6 +174,8 @@ impl Stage {
                 | Event::Subscriptions
                 | Event::Time
                 | Event::ConnectionLost(_)
+                | Event::QueueOverflow
+                | Event::QueueDrained
                 | Event::Emergency { .. } => {}
             }
         }
@@ -225,8 +231,16 @@ impl Stage {
                 let cob_id = CobId(raw(communication, 0x1800 + number, 1));
                 let count = raw(communication, 0x1A00 + number, 0) as u8;
                 let bits: u32 = (1..=count).map(|sub| raw(communication, 0x1A00 + number, sub) & 0xFF).sum();
-                cob_id.is_valid() && cob_id.id() == frame.id && frame.len() == bits.div_ceil(8) as usize
+                let is_padded = frame.len() == 8 && self.is_padded(number + 1);
+                let has_length = frame.len() == bits.div_ceil(8) as usize || is_padded;
+                cob_id.is_valid() && cob_id.id() == frame.id && has_length
             })
+    }
+
+    /// Whether the TPDO has reserved bytes.
+    fn is_padded(&self, number: u16) -> bool {
+        let mut pdos = self.device.profile().pdos.iter();
+        pdos.any(|pdo| pdo.direction == Direction::Transmit && pdo.number == number && pdo.length == 8)
     }
 
     /// No value may be longer than its entry allows or came with.

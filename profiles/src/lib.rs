@@ -32,5 +32,5 @@ pub use error_code::error_text;
 pub use file::reader;
 pub use motor::{Motor, MotorKind};
 pub use plant::{INPUT_WORDS, NoiseSetup, PlantFault, PlantSetup, Repair, SupplySetup, UnknownFault};
-pub use profile::{Bound, Dialect, Identity, Later, Profile};
+pub use profile::{Bound, Dialect, Identity, Later, Profile, Timing};
 pub use register::{Behind, Format, Register, RegisterFile, RegisterList, Role, Space, UnknownRole};

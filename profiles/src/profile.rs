@@ -95,6 +95,16 @@ pub enum Dialect {
     Jvl,
 }
 
+/// When a device takes and gives its process data.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Timing {
+    /// At once.
+    #[default]
+    Immediate,
+    /// When the real device would: after the processing times of its profile.
+    Authentic,
+}
+
 /// The profiles that come with the program: name and text.
 const SHIPPED: [(&str, &str); 5] = [
     ("canopen-reference", include_str!("../devices/canopen-reference.toml")),

@@ -32,7 +32,7 @@ impl Node {
         }
     }
 
-    /// Writes what has been processed.
+    /// Writes what has been processed; TPDOs go when they are sampled.
     pub(super) fn act_on_processed(&mut self, now: Instant, application: &mut Dictionary) {
         while let Some((position, payload)) = self.pace.as_mut().and_then(|pace| pace.take_received(now)) {
             let Some(rpdo) = self.pdos.receive.get(position) else { continue };
@@ -47,7 +47,7 @@ impl Node {
     pub(super) fn sample_in_turn(&mut self, now: Instant, application: &Dictionary, occasion: Occasion) {
         let Self { pdos, pace: Some(pace), outbox, counters, .. } = self else { return };
         pace.scan(now, application);
-        while let Some(position) = pace.take_transmitted(now) {
+        while let Some(position) = pace.take_ready() {
             let scanned = pace.scanned(position);
             let tpdo = pdos.transmit.get_mut(position);
             tpdo.into_iter().for_each(|t| queue(outbox, counters, t.compose(application, scanned)));

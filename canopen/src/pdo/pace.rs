@@ -14,7 +14,7 @@ use crate::deadline::following;
 /// only a rate overflows the queue, never a coincidence.
 const CAPACITY: usize = 16;
 
-/// What is to be done with a PDO.
+/// What is to be done with a PDO when it has been processed.
 #[derive(Debug)]
 enum Job {
     /// Write what the RPDO at this position has brought.
@@ -32,6 +32,8 @@ pub(crate) struct Pace {
     jobs: VecDeque<(Job, Duration)>,
     /// When the first one is done.
     done: Option<Instant>,
+    /// Positions of the TPDOs that have been processed and not been sent.
+    ready: VecDeque<usize>,
     has_overflowed: bool,
     scans: Vec<Scanner>,
 }
@@ -86,28 +88,25 @@ impl Pace {
         has_room
     }
 
-    /// The RPDO that is processed at `now` and what it has brought, if it is the turn of one.
+    /// The next RPDO that has been processed by `now`, and what it has brought; TPDOs before it are ready.
     pub(crate) fn take_received(&mut self, now: Instant) -> Option<(usize, [u8; 8])> {
-        match self.front(now)? {
-            Job::Receive(position, payload) => {
-                let taken = (*position, *payload);
-                self.finish();
-                Some(taken)
+        while self.done.is_some_and(|done| done <= now) {
+            let (job, _) = self.jobs.pop_front()?;
+            // The next one begins in the same moment.
+            let next = self.jobs.front().map(|(_, time)| *time);
+            self.done = self.done.zip(next).map(|(done, time)| done + time);
+            match job {
+                Job::Receive(position, payload) => return Some((position, payload)),
+                Job::Transmit(position) => self.ready.push_back(position),
+                Job::Void => {}
             }
-            Job::Transmit(_) | Job::Void => None,
         }
+        None
     }
 
-    /// The TPDO that is processed at `now`, if it is the turn of one.
-    pub(crate) fn take_transmitted(&mut self, now: Instant) -> Option<usize> {
-        match self.front(now)? {
-            Job::Transmit(position) => {
-                let position = *position;
-                self.finish();
-                Some(position)
-            }
-            Job::Receive(..) | Job::Void => None,
-        }
+    /// The next TPDO that is ready to be sent.
+    pub(crate) fn take_ready(&mut self) -> Option<usize> {
+        self.ready.pop_front()
     }
 
     /// Whether the queue has become empty after an overflow; told once.
@@ -143,6 +142,7 @@ impl Pace {
 
     /// Forgets what waits of the PDO at this position; the time of what is in work runs on.
     pub(crate) fn forget(&mut self, direction: Direction, position: usize) {
+        self.ready.retain(|ready| (Direction::Transmit, *ready) != (direction, position));
         for (job, _) in &mut self.jobs {
             let (its_direction, its_position) = match job {
                 Job::Receive(position, _) => (Direction::Receive, *position),
@@ -158,26 +158,8 @@ impl Pace {
     /// Forgets all that waits.
     pub(crate) fn stop(&mut self) {
         self.jobs.clear();
+        self.ready.clear();
         self.done = None;
         self.scans.iter_mut().for_each(|scanner| scanner.due = None);
-    }
-
-    /// The first one that means anything, if it is done at `now`.
-    fn front(&mut self, now: Instant) -> Option<&Job> {
-        while self.is_done(now) && matches!(self.jobs.front(), Some((Job::Void, _))) {
-            self.finish();
-        }
-        self.jobs.front().filter(|_| self.is_done(now)).map(|(job, _)| job)
-    }
-
-    fn is_done(&self, now: Instant) -> bool {
-        self.done.is_some_and(|done| done <= now)
-    }
-
-    /// The first one is done, and the next one begins in the same moment.
-    fn finish(&mut self) {
-        self.jobs.pop_front();
-        let next = self.jobs.front().map(|(_, time)| *time);
-        self.done = self.done.zip(next).map(|(done, time)| done + time);
     }
 }

@@ -157,6 +157,7 @@ fn counters(counters: canopen::Counters) -> Counters {
         refused_rpdos,
         short_rpdos,
         long_rpdos,
+        overflows,
         dropped,
         dropped_events,
     } = counters;
@@ -166,6 +167,7 @@ fn counters(counters: canopen::Counters) -> Counters {
         long_rpdos,
         late_rpdos,
         refused_rpdos,
+        overflows,
         dropped_frames: dropped,
         dropped_emergencies: dropped_events,
     }

@@ -124,12 +124,13 @@ fn broken(device: &Device) -> String {
     axes.map(line).collect()
 }
 
-fn counted(counters: &Counters) -> [(u64, &'static str); 7] {
+fn counted(counters: &Counters) -> [(u64, &'static str); 8] {
     [
         (counters.short_rpdos, "RPDOs too short, not taken"),
         (counters.long_rpdos, "RPDOs too long, taken"),
         (counters.refused_rpdos, "RPDOs with a value that was refused"),
         (counters.late_rpdos, "RPDOs after the synchronous window"),
+        (counters.overflows, "PDOs that could not wait to be processed"),
         (counters.malformed, "malformed frames"),
         (counters.dropped_frames, "frames that could not wait to be sent"),
         (counters.dropped_emergencies, "received EMCYs that could not wait"),

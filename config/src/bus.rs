@@ -14,6 +14,8 @@ pub struct Bus {
     pub name: String,
     /// How the network is reached.
     pub link: Link,
+    /// Its bit rate in kbit/s, as far as the file or the switches of its devices say; nothing sets it.
+    pub bit_rate_kbit_s: Option<u16>,
     /// Where clients may join the network by the socketcand protocol.
     pub socketcand: Option<SocketAddr>,
 }
@@ -41,13 +43,15 @@ pub(crate) fn read_all(file: &mut Table<'_, '_>) -> Vec<BusDraft> {
 pub(crate) struct BusDraft {
     pub(crate) name: Option<String>,
     link: Option<Link>,
+    pub(crate) bit_rate_kbit_s: Option<u16>,
     socketcand: Option<SocketAddr>,
 }
 
 impl BusDraft {
-    /// The bus, if everything it needs was read.
-    pub(crate) fn finish(self) -> Option<Bus> {
-        Some(Bus { name: self.name?, link: self.link?, socketcand: self.socketcand })
+    /// The bus, if everything it needs was read; `bit_rate_kbit_s` is what the switches of its devices say.
+    pub(crate) fn finish(self, bit_rate_kbit_s: Option<u16>) -> Option<Bus> {
+        let bit_rate_kbit_s = self.bit_rate_kbit_s.or(bit_rate_kbit_s);
+        Some(Bus { name: self.name?, link: self.link?, bit_rate_kbit_s, socketcand: self.socketcand })
     }
 }
 
@@ -63,10 +67,11 @@ fn read(node: Node<'_>, others: &[BusDraft], report: &mut Report) -> BusDraft {
             format!("interface `{interface}` is bus `{}` already", other.name.as_deref().unwrap_or_default());
         table.report.error(&text.span(), message, "put all devices of one network on one bus".to_owned());
     }
+    let bit_rate_kbit_s = table.get_in("bit_rate_kbit_s", 10..=1000);
     let socketcand = table.get::<Spanned<&str>>("socketcand");
     let socketcand = socketcand.and_then(|text| address(&text, "127.0.0.1:29536", table.report));
     table.finish();
-    BusDraft { name, link, socketcand }
+    BusDraft { name, link, bit_rate_kbit_s, socketcand }
 }
 
 fn link(text: &Spanned<&str>, report: &mut Report) -> Option<Link> {

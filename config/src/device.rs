@@ -11,6 +11,7 @@ use crate::gateway::unique_name;
 use crate::identity;
 use crate::plant;
 use crate::resolve::Resolver;
+use crate::switches::{self, MOTOR_ADDRESS, SWITCHES};
 
 /// One device.
 #[derive(Clone, Debug)]
@@ -54,6 +55,8 @@ pub(crate) struct Devices<'b, 'r> {
     read: Vec<Option<Device>>,
     names: Vec<String>,
     places: Vec<(Attachment, String)>,
+    /// The bit rate of each bus by the switches of the first device on it that has such, and that device.
+    bit_rates: Vec<Option<(u16, String)>>,
     units: Vec<(u8, String)>,
 }
 
@@ -61,12 +64,14 @@ impl<'b, 'r> Devices<'b, 'r> {
     /// No devices yet. With Modbus, Node-IDs serve as unit identifiers and must differ across buses.
     pub(crate) fn new(buses: &'b [BusDraft], resolver: &'b mut Resolver<'r>, has_modbus: bool) -> Self {
         let (read, names, places, units) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { buses, resolver, has_modbus, read, names, places, units }
+        let bit_rates = vec![None; buses.len()];
+        Self { buses, resolver, has_modbus, read, names, places, bit_rates, units }
     }
 
-    /// The devices; `None` if any of them is wrong.
-    pub(crate) fn finish(self) -> Option<Vec<Device>> {
-        self.read.into_iter().collect()
+    /// The devices, `None` if any of them is wrong, and the bit rates of the buses in kbit/s by their switches.
+    pub(crate) fn finish(self) -> (Option<Vec<Device>>, Vec<Option<u16>>) {
+        let bit_rates = self.bit_rates.into_iter().map(|known| known.map(|(rate, _)| rate)).collect();
+        (self.read.into_iter().collect(), bit_rates)
     }
 
     /// Reads one device.
@@ -77,7 +82,7 @@ impl<'b, 'r> Devices<'b, 'r> {
         let motor = table.get::<Spanned<&str>>("motor");
         let profile = profile.and_then(|profile| self.resolver.find(&profile, motor.as_ref(), table.report));
         let label = name.clone().unwrap_or_default();
-        let on = self.attachments(&mut table, &label);
+        let on = self.attachments(&mut table, &label, profile.as_deref());
         let unit_id = self.unit_id(&mut table, on.as_deref(), &label);
         let sdo_timeout = sdo_timeout(&mut table);
         let timing = timing(&mut table, profile.as_deref());
@@ -102,23 +107,32 @@ impl<'b, 'r> Devices<'b, 'r> {
         }));
     }
 
-    /// `bus` with `node_id`, or the `[[device.on]]` tables; `None` if any of them is wrong.
-    fn attachments(&mut self, table: &mut Table<'_, '_>, device: &str) -> Option<Vec<Attachment>> {
+    /// `bus` with `node_id` or `switches`, or the `[[device.on]]` tables; `None` if any of them is wrong.
+    fn attachments(
+        &mut self,
+        table: &mut Table<'_, '_>,
+        device: &str,
+        profile: Option<&Profile>,
+    ) -> Option<Vec<Attachment>> {
         if table.has("bus") && !table.has("on") {
-            return Some(vec![self.attachment(table, device)?]);
+            return Some(vec![self.attachment(table, device, profile)?]);
         }
-        table.ignore(&["bus", "node_id"]);
+        table.ignore(&["bus", "node_id", SWITCHES, MOTOR_ADDRESS]);
         if table.has("bus") {
             let help = "leave out `bus` and `node_id` and add one more `[[device.on]]`".to_owned();
             table.report.error(&table.key_span("bus"), "`bus` and `on` exclude each other", help);
-        } else if table.has("node_id") {
-            let help = "add `bus = ` with the name of a bus".to_owned();
-            table.report.error(&table.key_span("node_id"), "`node_id` needs a `bus`", help);
+        } else {
+            for key in ["node_id", SWITCHES, MOTOR_ADDRESS] {
+                if table.has(key) {
+                    let help = "add `bus = ` with the name of a bus".to_owned();
+                    table.report.error(&table.key_span(key), format!("`{key}` needs a `bus`"), help);
+                }
+            }
         }
         let nodes = table.get::<Vec<Node>>("on").unwrap_or_default();
         let read = |node: Node<'_>| {
             let mut place = node.open(table.report);
-            let attachment = self.attachment(&mut place, device);
+            let attachment = self.attachment(&mut place, device, profile);
             place.finish();
             attachment
         };
@@ -126,15 +140,27 @@ impl<'b, 'r> Devices<'b, 'r> {
         places.into_iter().collect()
     }
 
-    fn attachment(&mut self, table: &mut Table<'_, '_>, device: &str) -> Option<Attachment> {
+    fn attachment(
+        &mut self,
+        table: &mut Table<'_, '_>,
+        device: &str,
+        profile: Option<&Profile>,
+    ) -> Option<Attachment> {
         let name = table.require::<Spanned<&str>>("bus");
-        let node_id = node_id(table);
+        let setting = switches::are_in(table).then(|| switches::read(table, profile));
+        let node_id = match setting {
+            Some(setting) => setting.map(|setting| setting.node_id),
+            None => node_id(table),
+        };
         let name = name?;
         let Some(bus) = self.buses.iter().position(|b| b.name.as_deref() == Some(*name.get_ref())) else {
             let known = self.buses.iter().filter_map(|b| b.name.as_deref());
             table.report.unknown(&name.span(), "bus", name.get_ref(), known);
             return None;
         };
+        if let Some(setting) = setting.flatten() {
+            self.compare_bit_rate(bus, setting.bit_rate_kbit_s, device, table);
+        }
         let place = Attachment { bus, node_id: node_id? };
         if place.node_id == UNCONFIGURED {
             return Some(place);
@@ -143,24 +169,40 @@ impl<'b, 'r> Devices<'b, 'r> {
             let message =
                 format!("node {} on bus `{}` is device `{other}` already", place.node_id, name.get_ref());
             let help = "give every device on a bus a Node-ID of its own".to_owned();
-            table.report.error(&table.key_span("node_id"), message, help);
+            table.report.error(&node_id_span(table), message, help);
             return None;
         }
         self.places.push((place, device.to_owned()));
         Some(place)
     }
 
+    /// One bus has one bit rate, whoever says it.
+    fn compare_bit_rate(&mut self, bus: usize, rate: u16, device: &str, table: &mut Table<'_, '_>) {
+        let of_bus = self.buses.get(bus).and_then(|bus| bus.bit_rate_kbit_s);
+        let Some(known) = self.bit_rates.get_mut(bus) else { return };
+        let other = of_bus.map(|rate| (rate, "the bus".to_owned()));
+        let other =
+            other.or_else(|| known.clone().map(|(rate, device)| (rate, format!("device `{device}`"))));
+        if let Some((other, who)) = other.filter(|(other, _)| *other != rate) {
+            let message = format!("the switches say {rate} kbit/s, {who} says {other}");
+            let help = "set switches 8-10 for the bit rate of the bus".to_owned();
+            table.report.error(&table.key_span(SWITCHES), message, help);
+        }
+        known.get_or_insert_with(|| (rate, device.to_owned()));
+    }
+
     fn unit_id(&mut self, table: &mut Table<'_, '_>, on: Option<&[Attachment]>, device: &str) -> Option<u8> {
         let given = table.get::<Spanned<u8>>("unit_id");
         let mut node_ids = on.unwrap_or_default().iter().map(|place| place.node_id);
         let first = node_ids.find(|node_id| *node_id != UNCONFIGURED);
-        if on.is_some_and(<[_]>::is_empty) && !table.has("unit_id") && !table.has("node_id") {
+        let is_placed = table.has("node_id") || switches::are_in(table);
+        if on.is_some_and(<[_]>::is_empty) && !table.has("unit_id") && !is_placed {
             let help = "add `bus = ` and `node_id = `, or `unit_id = ` for Modbus".to_owned();
             table.report.error(&table.span(), "nothing reaches this device", help);
         }
         let unit_id = given.as_ref().map(|given| *given.get_ref()).or(first)?;
         if given.is_some() || self.has_modbus {
-            let span = given.map_or_else(|| table.key_span("node_id"), |given| given.span());
+            let span = given.map_or_else(|| node_id_span(table), |given| given.span());
             self.claim_unit(unit_id, device, &span, table.report);
         }
         Some(unit_id)
@@ -175,9 +217,15 @@ impl<'b, 'r> Devices<'b, 'r> {
     }
 }
 
+/// What says the Node-ID.
+fn node_id_span(table: &Table<'_, '_>) -> Span {
+    table.key_span(if switches::are_in(table) { SWITCHES } else { "node_id" })
+}
+
 /// `node_id`: 1 to 127, or [`UNCONFIGURED`].
 fn node_id(table: &mut Table<'_, '_>) -> Option<u8> {
     const HIGHEST_NODE_ID: u8 = 127;
+    table.ignore(&[SWITCHES, MOTOR_ADDRESS]);
     let node_id = table.require_in("node_id", 1..=UNCONFIGURED)?;
     if node_id <= HIGHEST_NODE_ID || node_id == UNCONFIGURED {
         return Some(node_id);

@@ -89,11 +89,12 @@ fn read_gateway(mut file: Table<'_, '_>, resolver: &mut Resolver<'_>) -> Option<
     for node in nodes {
         devices.read(node, file.report);
     }
-    let devices = devices.finish();
+    let (devices, bit_rates) = devices.finish();
     let unserved = NOT_SERVED.into_iter().filter(|key| file.has(key)).map(|key| (key, file.key_span(key)));
     let unserved = unserved.collect();
     file.finish();
-    let buses = buses.into_iter().map(bus::BusDraft::finish).collect::<Option<_>>()?;
+    let buses = buses.into_iter().zip(bit_rates).map(|(bus, rate)| bus.finish(rate));
+    let buses = buses.collect::<Option<_>>()?;
     Some((Gateway { buses, devices: devices?, modbus, storage, control, notes: Vec::new() }, unserved))
 }
 

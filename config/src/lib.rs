@@ -13,6 +13,7 @@ mod gateway;
 mod identity;
 mod plant;
 mod resolve;
+mod switches;
 
 pub use bus::{Bus, Link};
 pub use device::{Attachment, Device, UNCONFIGURED};

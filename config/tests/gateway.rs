@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use config::{Attachment, Diagnostics, Gateway, Link, load};
 use profiles::{
-    Input, NoiseSetup, PlantFault, PlantSetup, Position, PositionRange, ScheduledFault, SupplySetup, Voltage,
+    Input, NoiseSetup, PlantFault, PlantSetup, Position, PositionRange, ScheduledFault, SupplySetup, Timing,
+    Voltage,
 };
 use proptest::prelude::*;
 
@@ -164,6 +165,87 @@ fn a_device_may_wait_longer_or_shorter_for_its_sdo_clients() {
         assert_eq!((wrong.0.len(), wrong.0[0].line, wrong.0[0].column), (1, 5, 18), "{value}");
         assert_eq!(wrong.0[0].help.as_deref(), Some("write a number from 10 to 600000"), "{value}");
     }
+}
+
+/// A module with these switches on.
+fn module(more: &str) -> String {
+    format!(
+        "[[bus]]\nname = \"can0\"\nlink = \"virtual\"\n\n\
+         [[device]]\nname = \"a\"\nprofile = \"jvl-mac00-fc4\"\nbus = \"can0\"\n{more}"
+    )
+}
+
+#[test]
+fn the_switches_of_jvls_modules_say_node_id_and_bit_rate_as_in_the_manual() {
+    // The rows of the manual's tables: Node-ID and switches 7 to 1, bit rate and switches 10 to 8.
+    let node_ids = [
+        (1, "0000001"),
+        (2, "0000010"),
+        (31, "0011111"),
+        (32, "0100000"),
+        (63, "0111111"),
+        (64, "1000000"),
+        (96, "1100000"),
+        (111, "1101111"),
+        (126, "1111110"),
+    ];
+    let bit_rates = [
+        (1000, "000"),
+        (500, "001"),
+        (250, "010"),
+        (125, "011"),
+        (100, "100"),
+        (50, "101"),
+        (20, "110"),
+        (10, "111"),
+    ];
+    for (node_id, low) in node_ids {
+        for (bit_rate, high) in bit_rates {
+            let switches = format!("{high}{low}");
+            let on = switches.bytes().rev().zip(1..).filter(|(state, _)| *state == b'1');
+            let numbers: Vec<String> = on.map(|(_, number): (u8, u8)| number.to_string()).collect();
+            let gateway = load_plainly(&module(&format!("switches = [{}]\n", numbers.join(", "))));
+            assert_eq!(gateway.devices[0].on, [Attachment { bus: 0, node_id }]);
+            assert_eq!(gateway.buses[0].bit_rate_kbit_s, Some(bit_rate));
+        }
+    }
+}
+
+#[test]
+fn with_switches_1_to_7_on_the_node_id_is_the_address_of_the_motor() {
+    for address in [1, 12, 127] {
+        let switches = format!("switches = [7, 6, 5, 4, 3, 2, 1, 9]\nmotor_address = {address}\n");
+        let gateway = load_plainly(&module(&switches));
+        assert_eq!(gateway.devices[0].on, [Attachment { bus: 0, node_id: address }]);
+        assert_eq!(gateway.devices[0].unit_id, Some(address));
+        assert_eq!(gateway.buses[0].bit_rate_kbit_s, Some(250));
+    }
+}
+
+#[test]
+fn a_bus_has_one_bit_rate() {
+    let plain = load_plainly(&module("node_id = 1\n"));
+    assert_eq!(plain.buses[0].bit_rate_kbit_s, None);
+    let rate = |more: &str| {
+        let text = module("switches = [1, 8]\n").replace("link", &format!("{more}\nlink"));
+        load_text(&text).map(|gateway| gateway.buses[0].bit_rate_kbit_s)
+    };
+    assert_eq!(rate("bit_rate_kbit_s = 500"), Ok(Some(500)));
+    let wrong = rate("bit_rate_kbit_s = 800").unwrap_err();
+    assert_eq!(wrong.0[0].message, "the switches say 500 kbit/s, the bus says 800");
+    assert_eq!((wrong.0.len(), wrong.0[0].line, wrong.0[0].column), (1, 10, 1));
+}
+
+#[test]
+fn a_jvl_device_takes_its_time_if_it_is_told_to() {
+    let timing = |more: &str| load_plainly(&module(&format!("node_id = 1\n{more}"))).devices[0].timing;
+    assert_eq!(timing(""), Timing::Immediate);
+    assert_eq!(timing("timing = \"immediate\"\n"), Timing::Immediate);
+    assert_eq!(timing("timing = \"authentic\"\n"), Timing::Authentic);
+    let device = "[[device]]\nname = \"a\"\nprofile = \"cia402-servo\"\nunit_id = 1\n";
+    let wrong = load_text(&format!("{device}timing = \"authentic\"\n")).unwrap_err();
+    assert_eq!(wrong.0[0].message, "`cia402-servo` has no processing times");
+    assert_eq!((wrong.0.len(), wrong.0[0].line, wrong.0[0].column), (1, 5, 1));
 }
 
 #[test]

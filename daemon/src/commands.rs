@@ -43,7 +43,11 @@ pub(crate) fn check(file: &Path, as_json: bool) -> Result<(), Failure> {
     let count = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
     let buses = gateway.buses.len();
     let buses = if buses == 1 { "1 bus".to_owned() } else { format!("{buses} buses") };
-    print(&format!("{}: ok ({buses}, {})\n", file.display(), count(gateway.devices.len(), "device")))
+    print(&format!("{}: ok ({buses}, {})\n", file.display(), count(gateway.devices.len(), "device")))?;
+    let rates = gateway.buses.iter().filter_map(|bus| Some((&bus.name, bus.bit_rate_kbit_s?)));
+    let lines = rates
+        .map(|(name, rate)| format!("bus `{name}`: {rate} kbit/s; axisd leaves its interface as it is\n"));
+    print(&lines.collect::<String>())
 }
 
 /// `axisd eds`.

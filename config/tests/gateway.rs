@@ -66,6 +66,10 @@ fn every_example_loads() {
     let two = load_plainly(include_str!("../examples/two-buses.toml"));
     let clamp = [Attachment { bus: 0, node_id: 5 }, Attachment { bus: 1, node_id: 5 }];
     assert_eq!(two.devices[2].on, clamp);
+    let modules = load_plainly(include_str!("../examples/jvl-modules.toml"));
+    let node_ids: Vec<u8> = modules.devices.iter().map(|device| device.on[0].node_id).collect();
+    assert_eq!((node_ids, modules.buses[0].bit_rate_kbit_s), (vec![5, 12], Some(500)));
+    assert!(modules.devices.iter().all(|device| device.timing == Timing::Authentic));
 }
 
 #[test]
@@ -341,6 +345,7 @@ proptest! {
         text in prop::sample::select(&[
             include_str!("../examples/two-buses.toml"),
             include_str!("../examples/machine.toml"),
+            include_str!("../examples/jvl-modules.toml"),
         ]),
         from in 0.0..1.0, length in 0..30_usize, instead in "[ -~\\n]{0,8}",
     ) {

@@ -75,6 +75,19 @@ fn check_accepts_a_good_configuration() {
 }
 
 #[test]
+fn check_tells_the_bit_rate_that_switches_say() {
+    let dir = TempDir::new();
+    let file = dir.write("good.toml", include_str!("../../config/examples/jvl-modules.toml"));
+    let file = file.to_str().expect("temporary paths are UTF-8");
+
+    let output = axisd(&["check", file]);
+
+    let told = String::from_utf8_lossy(&output.stdout).replace(file, "good.toml");
+    let rate = "bus `can0`: 500 kbit/s; axisd leaves its interface as it is\n";
+    assert_eq!(told, format!("good.toml: ok (1 bus, 2 devices)\n{rate}"));
+}
+
+#[test]
 fn python_canopen_reads_the_eds_of_the_jvl_module() {
     insta::assert_snapshot!(objects_in_eds("jvl-mac00-fc4"));
 }

@@ -4,6 +4,7 @@ mod bus_state;
 mod cyclic;
 mod garbage;
 mod guides;
+mod jvl;
 mod watchdog;
 
 use std::thread;

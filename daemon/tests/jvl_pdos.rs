@@ -43,6 +43,23 @@ fn rpdo_22_carries_velocity_acceleration_torque_and_mode_in_two_bytes_each() {
 }
 
 #[test]
+fn other_registers_and_other_widths_are_mapped_whole_or_refused_06040041() {
+    let mut bench = Bench::new(&[&[(0, 1)]]);
+    bench.write(1, 0x1615, 0, &[0]);
+    let whole = [0x2012_0520_u32, 0x2012_0220];
+    let halves = [0x2012_0510, 0x2012_0210];
+    for parameter in [whole, halves].concat() {
+        bench.write(1, 0x1615, 1, &parameter.to_le_bytes());
+    }
+    // P_SOLL and GEARF1 by halves, V_SOLL by 8 bits, V_IST in an RPDO, P_IST's high word by half.
+    for parameter in [0x2012_0310_u32, 0x2012_0E10, 0x2012_0508, 0x2012_0C10, 0x2012_0B10] {
+        let bytes: String = parameter.to_le_bytes().iter().map(|byte| format!("{byte:02X}")).collect();
+        let refused = "581#8015160141000406";
+        assert_eq!(bench.send(&format!("601#23151601{bytes}")), [refused], "{parameter:08X}");
+    }
+}
+
+#[test]
 fn rpdos_21_to_24_are_taken_with_their_reserved_bytes_and_without() {
     let mut bench = motor();
     for (short, long, index, sub) in [

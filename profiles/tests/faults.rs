@@ -324,6 +324,31 @@ fn a_module_that_does_not_hear_its_motor_tells_it_until_it_does_again() {
 }
 
 #[test]
+fn a_motor_that_its_registers_run_coasts_while_nobody_hears_it_and_is_passive_then() {
+    const MODE: u8 = 2;
+    const V_SOLL: u8 = 5;
+    const ERR_STAT: u8 = 35;
+    for motor in ["mac140", "mac800"] {
+        let mut bench = Bench::motor(motor);
+        let healthy = bench.register(ERR_STAT);
+        bench.write(&[(V_SOLL, 1_000), (MODE, 1)]);
+        bench.run(1_000);
+        bench.events();
+        bench.plant().inject(PlantFault::ConnectionLoss);
+        assert_fault(&mut bench, 0x1003, 0);
+        assert_eq!(bench.get_sub(0x2011, 3) & 0b111, 0b010, "{motor}: disconnected");
+        bench.plant().clear(PlantFault::ConnectionLoss);
+        bench.run(3_000);
+        assert_eq!(bench.events(), [DeviceEvent::Cleared(0x1003)], "{motor}");
+        assert_eq!((bench.register(MODE), bench.velocity()), (0, 0), "{motor}: passive");
+        assert_eq!(bench.register(ERR_STAT) & !0x70, healthy & !0x70, "{motor}: no error of the motor");
+        bench.write(&[(MODE, 1)]);
+        bench.run(1_000);
+        assert!(bench.velocity() > 10_000, "{motor}: it turns again, {}", bench.velocity());
+    }
+}
+
+#[test]
 fn a_motor_whose_supply_fails_while_nobody_hears_it_tells_that_when_it_is_heard_again() {
     let mut bench = running(JVL);
     bench.plant().inject(PlantFault::ConnectionLoss);

@@ -99,10 +99,11 @@ impl Errors {
     pub(super) const fn of(fault: axis::Fault) -> Self {
         match fault {
             axis::Fault::FollowingError => Self::FOLLOW,
-            axis::Fault::Lost
-            | axis::Fault::EmergencyStop
-            | axis::Fault::DriveSignal
-            | axis::Fault::Supervision => Self::INTERNAL,
+            // An error of the module, of which the motor knows nothing.
+            axis::Fault::Lost => Self::empty(),
+            axis::Fault::EmergencyStop | axis::Fault::DriveSignal | axis::Fault::Supervision => {
+                Self::INTERNAL
+            }
             axis::Fault::Drive(cause) => match cause {
                 DriveFault::OverCurrent => Self::CURRENT,
                 DriveFault::OverVoltage => Self::OVER_VOLTAGE,

@@ -1,6 +1,8 @@
 //! JVL's PDOs 21, 22, 24 and 25 as `candump` sees them (module manual, sections 4.3.15 and 4.3.16).
 
-use tests::{Bus, Daemon, Vcan, Wire, config};
+use std::time::Instant;
+
+use tests::{Bus, Daemon, PATIENCE, Vcan, Wire, config};
 
 use crate::PROFILE;
 
@@ -14,16 +16,76 @@ const COB_IDS: [&str; 6] = [
     "601#23181801A5020040",
 ];
 
-#[test]
-fn a_master_commands_a_motor_by_pdos_21_to_25() {
-    let interface = Vcan::new();
-    let mut wire = Wire::on(&interface);
-    let _daemon = Daemon::start(&config(Bus::Interface(&interface), &[("axis1", PROFILE, 1)]));
+/// A motor in OPERATIONAL whose master has given it the COB-IDs.
+fn motor(interface: &Vcan) -> (Daemon, Wire) {
+    let mut wire = Wire::on(interface);
+    let daemon = Daemon::start(&config(Bus::Interface(interface), &[("axis1", PROFILE, 1)]));
     for request in COB_IDS {
         let answer = wire.ask(request, "581");
         assert!(answer.starts_with("581#60"), "{request}: {answer}");
     }
     wire.send("000#0101");
+    (daemon, wire)
+}
+
+/// P_IST, motor status and inputs, as TPDO 21 answers a SYNC.
+fn sync(wire: &mut Wire) -> (i32, u8, u8) {
+    let answer = wire.ask("080#", "2A1");
+    let raw = u64::from_str_radix(&answer["2A1#".len()..], 16).expect("eight bytes").swap_bytes();
+    let [a, b, c, d, status, inputs, reserved @ ..] = raw.to_le_bytes();
+    assert_eq!(reserved, [0, 0]);
+    (i32::from_le_bytes([a, b, c, d]), status, inputs)
+}
+
+#[test]
+fn a_motor_positions_by_pdos_21_and_22_and_tells_it_by_25() {
+    const IN_POSITION: u8 = 1 << 4;
+    const TARGET: i32 = 20_000;
+    let interface = Vcan::new();
+    let (_daemon, mut wire) = motor(&interface);
+
+    // V_SOLL 1000, A_SOLL 50, T_SOLL 1023, MODE_REG 2 (position); then P_SOLL.
+    wire.send("222#E8033200FF030200");
+    wire.send("221#204E000000000000");
+    let deadline = Instant::now() + PATIENCE;
+    let mut places = Vec::new();
+    while Instant::now() < deadline {
+        let (place, status, inputs) = sync(&mut wire);
+        assert_eq!(inputs, 0);
+        places.push(place);
+        if (place - TARGET).abs() <= 2 && status & IN_POSITION != 0 {
+            break;
+        }
+    }
+
+    let last = *places.last().expect("a SYNC was answered");
+    assert!((last - TARGET).abs() <= 2, "{last}");
+    assert!(places.is_sorted_by(|before, after| after - before >= -2), "straight there: {places:?}");
+    let frames = wire.finish();
+    let told: Vec<u8> = frames.iter().filter_map(|frame| status_of(frame)).collect();
+    let has_told = |bit: u8| told.iter().any(|status| status & bit != 0);
+    assert!(has_told(1 << 5) && has_told(1 << 6) && has_told(IN_POSITION), "{told:02X?}");
+    let speeds: Vec<i16> = frames.iter().filter_map(|frame| speed_of(frame)).collect();
+    // 1000 / 16 counts a sample.
+    assert!(speeds.iter().any(|speed| (55..=70).contains(speed)), "{speeds:?}");
+    assert_eq!(frames.iter().filter(|frame| frame.starts_with("081#")).count(), 0);
+}
+
+/// The motor status in TPDO 25.
+fn status_of(frame: &str) -> Option<u8> {
+    u8::from_str_radix(frame.strip_prefix("2A5#")?.get(..2)?, 16).ok()
+}
+
+/// V_IST in TPDO 22.
+fn speed_of(frame: &str) -> Option<i16> {
+    let digits = frame.strip_prefix("2A2#")?.get(..4)?;
+    u16::from_str_radix(digits, 16).ok().map(|raw| raw.swap_bytes().cast_signed())
+}
+
+#[test]
+fn a_master_commands_a_motor_by_pdos_21_to_25() {
+    let interface = Vcan::new();
+    let (_daemon, mut wire) = motor(&interface);
 
     // V_SOLL -100, A_SOLL 50, T_SOLL 1023, MODE_REG 0; P_SOLL; outputs.
     wire.send("222#9CFF3200FF030000");

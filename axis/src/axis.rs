@@ -6,6 +6,7 @@ mod power;
 mod push;
 mod queue;
 mod seek;
+mod standby;
 mod step;
 mod supervision;
 mod window;
@@ -28,12 +29,14 @@ use power::Power;
 use push::Push;
 use queue::Queue;
 use seek::{Sample, Seeking};
+use standby::Standing;
 use supervision::Supervision;
 use window::Arrival;
 
 pub use fence::BehindLimit;
 pub use power::PowerDelays;
 pub use queue::QueueFull;
+pub use standby::Standby;
 pub use window::TargetWindow;
 
 /// What an axis does about trouble.
@@ -80,6 +83,7 @@ pub struct Axis {
     /// As they were set, before switches narrow them.
     limits: Limits,
     torque_limit: TorqueLimit,
+    standing: Standing,
     following_error_limit: Option<Position>,
     /// Raster steps for which a larger following error is tolerated.
     following_error_time: u32,
@@ -152,6 +156,7 @@ impl Axis {
             offset: Position(0.0),
             limits,
             torque_limit: TorqueLimit::both(limits.torque),
+            standing: Standing::default(),
             following_error_limit: None,
             following_error_time: 0,
             straying: 0,

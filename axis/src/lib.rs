@@ -27,7 +27,7 @@ mod travel;
 mod units;
 
 pub use analog::{AnalogConfig, AnalogDrive};
-pub use axis::{Axis, BehindLimit, Guard, PowerDelays, QueueFull, Reaction, TargetWindow};
+pub use axis::{Axis, BehindLimit, Guard, PowerDelays, QueueFull, Reaction, Standby, TargetWindow};
 pub use controller::{Coefficients, PositionController};
 pub use drive::{Capabilities, Command, Demand, Drive, DriveFault, DriveState, Feedback};
 pub use generator::{Creep, Generator, Goal, Stepping};

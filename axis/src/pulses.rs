@@ -12,6 +12,7 @@
 //! than 131 ms a quantum covers more than a step, and the rest may be a few steps beside.)
 
 use core::fmt;
+use core::num::NonZeroU32;
 
 use crate::limits::PositionRange;
 use crate::units::{Period, Position};
@@ -19,6 +20,9 @@ use crate::units::{Period, Position};
 /// The highest frequency in quanta: 50 kHz are 65536 x 0.7629 Hz, TURBO 500 kHz are 65536 x 7.629 Hz (MACCON
 /// MAC4 User Manual, table 4.1).
 pub const MAX_QUANTA: i32 = 65_536;
+
+/// The same in Hz, without TURBO.
+const HIGHEST_HZ: f64 = 50_000.0;
 
 /// Parts of a step: a quantum of 50 kHz / 65536 covers one a nanosecond.
 const STEP: i128 = 65_536 * 20_000;
@@ -30,6 +34,8 @@ const TURBO: i128 = 10;
 #[derive(Clone, Debug)]
 pub struct Pulses {
     period: Period,
+    /// What all frequencies are multiplied by, TURBO aside.
+    factor: NonZeroU32,
     lead_periods: u64,
     turbo: bool,
     boost: Boost,
@@ -80,7 +86,15 @@ impl Pulses {
     /// An output at rest at step 0, in normal operation and without a lead of BOOST.
     #[must_use]
     pub fn new(period: Period) -> Self {
-        Self { period, lead_periods: 0, turbo: false, boost: Boost::Off, quanta: 0, place: 0 }
+        Self::with_factor(period, NonZeroU32::MIN)
+    }
+
+    /// The same with all frequencies and their quantum multiplied by `factor`: a drive that makes its pulses inside
+    /// is not bound to what a cable carries. Where a quantum covers more than a step in a period, the place put out
+    /// may be a few steps beside the demanded one.
+    #[must_use]
+    pub fn with_factor(period: Period, factor: NonZeroU32) -> Self {
+        Self { period, factor, lead_periods: 0, turbo: false, boost: Boost::Off, quanta: 0, place: 0 }
     }
 
     /// Sets how long BOOST is on before a motion (`<bt>`), in ns, rounded up to whole periods; it counts
@@ -106,6 +120,13 @@ impl Pulses {
     #[must_use]
     pub fn is_turbo(&self) -> bool {
         self.turbo
+    }
+
+    /// The highest frequency, in Hz.
+    #[must_use]
+    pub fn highest_hz(&self) -> f64 {
+        let turbo = if self.turbo { TURBO } else { 1 };
+        HIGHEST_HZ * f64::from(self.factor.get()) * turbo as f64
     }
 
     /// Whether a motion is going on or BOOST leads one.
@@ -158,7 +179,8 @@ impl Pulses {
 
     /// What a quantum covers in a period, in parts of a step.
     fn quantum(&self) -> i128 {
-        i128::from(self.period.nanos()) * if self.turbo { TURBO } else { 1 }
+        let turbo = if self.turbo { TURBO } else { 1 };
+        i128::from(self.period.nanos()) * i128::from(self.factor.get()) * turbo
     }
 }
 

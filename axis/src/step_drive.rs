@@ -2,6 +2,10 @@
 //!
 //! The axis counts in the steps of the pulse output. Where it is tells the count of pulses, or an encoder whose
 //! increments are converted to steps; then the following error shows lost steps.
+//!
+//! A drive that is built into its motor makes its pulses inside, with a factor to the frequencies of the MAC4.
+
+use core::num::NonZeroU32;
 
 use crate::drive::{Capabilities, Command, Demand, Drive, DriveFault, Feedback};
 use crate::inputs::Latches;
@@ -15,10 +19,6 @@ use crate::units::{Period, Position, Torque, Velocity, cut, rounded};
 /// Longest step of the simulation, in ns.
 const INNER_NANOS: u64 = 250_000;
 
-/// Highest frequencies, in Hz (table 4.1).
-const NORMAL_HZ: f64 = 50_000.0;
-const TURBO_HZ: f64 = 500_000.0;
-
 /// What a stepper drive is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepConfig {
@@ -30,6 +30,8 @@ pub struct StepConfig {
     pub feedback: StepFeedback,
     /// Ten times the frequencies.
     pub turbo: bool,
+    /// What all frequencies are multiplied by beside, see [`Pulses::with_factor`].
+    pub frequency_factor: NonZeroU32,
     /// How long BOOST is on before a motion, in ns; rounded up to whole raster steps.
     pub boost_lead_nanos: u64,
     /// Raster steps from the enable command to power on.
@@ -44,6 +46,7 @@ impl Default for StepConfig {
             motor: StepperConfig::default(),
             feedback: StepFeedback::Counter,
             turbo: false,
+            frequency_factor: NonZeroU32::MIN,
             boost_lead_nanos: 0,
             enabling_steps: 0,
         }
@@ -89,7 +92,7 @@ impl StepDrive {
     #[must_use]
     pub fn new(period: Period, config: StepConfig) -> Self {
         let inner_steps = u32::try_from(period.nanos().div_ceil(INNER_NANOS)).unwrap_or(u32::MAX);
-        let mut pulses = Pulses::new(period);
+        let mut pulses = Pulses::with_factor(period, config.frequency_factor);
         pulses.set_boost_lead(config.boost_lead_nanos);
         // At rest nothing is refused.
         let _ = pulses.set_turbo(config.turbo);
@@ -126,7 +129,7 @@ impl StepDrive {
         match demand {
             Demand::Position(set_point) => set_point.position + self.bias,
             Demand::Output(share) => {
-                let highest = if self.pulses.is_turbo() { TURBO_HZ } else { NORMAL_HZ };
+                let highest = self.pulses.highest_hz();
                 self.pulses.place() + Position(cut(*share, 1.0) * highest * self.period_seconds)
             }
             // A stepper motor has no torque to set.
@@ -137,10 +140,11 @@ impl StepDrive {
     /// Turns from one place of the pulses to another.
     fn advance(&mut self, from: Position, to: Position, limit: TorqueLimit) {
         let share = 1.0 / f64::from(self.inner_steps);
+        let rate = (to - from).0 / self.period_seconds;
         for inner in 1..=self.inner_steps {
             let place = from.0 + (to - from).0 * f64::from(inner) * share;
             self.torque = if self.stage.is_on() {
-                limit.cut(self.motor.torque(rounded(place), &self.plant))
+                limit.cut(self.motor.torque(rounded(place), rate, &self.plant))
             } else {
                 Torque(0.0)
             };

@@ -9,6 +9,8 @@ use axis::{
     Limits, Mark, Order, Period, PlantConfig, PlantFault, Position, Profile, Scale, SensorConfig,
     ServoConfig, SimulatedServo, Status, StepConfig, StepDrive, StepFeedback, Stepping, Torque, Travel, Turn,
     Velocity,
+    Limits, Load, Mark, Order, Period, PlantConfig, PlantFault, Position, Profile, Scale, SensorConfig,
+    Standby, Status, StepConfig, StepDrive, StepFeedback, Stepping, Torque, Travel, Turn, Velocity,
 };
 use bench::{complete, run, run_until, seek};
 
@@ -234,4 +236,44 @@ fn turbo_reaches_ten_times_the_frequency() {
         axis.order(Order::Output(1.0));
         assert!((run(&mut axis, 20).actual.velocity.0 - highest).abs() < 1.0);
     }
+}
+
+#[test]
+fn an_inner_pulse_output_may_be_faster_by_a_factor() {
+    let frequency_factor = NonZeroU32::new(1000).unwrap();
+    let mut axis = stepper(StepConfig { frequency_factor, ..StepConfig::default() });
+    axis.order(Order::Output(1.0));
+    assert!((run(&mut axis, 20).actual.velocity.0 - 50_000_000.0).abs() < 1.0);
+}
+
+#[test]
+fn at_standstill_the_torque_falls_and_a_load_that_it_does_not_hold_turns_the_motor() {
+    let encoder = StepFeedback::Encoder {
+        sensor: SensorConfig::incremental(32),
+        scale: Scale::of_encoder(2048, 3200).unwrap(),
+    };
+    let load = |gravity_nm| Load { gravity_nm, ..Load::default() };
+    // The rated torque is 1.27 Nm.
+    for (gravity_nm, has_slipped) in [(-0.25, false), (-0.6, true)] {
+        let plant = PlantConfig { load: load(0.0), viscous_friction_nms: 5e-3, ..PlantConfig::default() };
+        let mut axis = stepper(StepConfig { plant, feedback: encoder, ..StepConfig::default() });
+        axis.set_standby(Some(Standby { after: 100, limit: Torque(250.0) }));
+        axis.plant().unwrap().set_load(load(gravity_nm));
+        let held = run(&mut axis, 90);
+        assert!(held.following_error.abs() < Position(16.0), "{held:?}");
+        let later = run(&mut axis, 100);
+        assert_eq!(later.following_error > Position(100.0), has_slipped, "{later:?}");
+    }
+}
+
+#[test]
+fn a_motion_has_its_full_torque_from_the_start() {
+    let mut axis = stepper(StepConfig::default());
+    axis.set_standby(Some(Standby { after: 10, limit: Torque(0.0) }));
+    run(&mut axis, 50);
+    axis.plant().unwrap().set_load(Load { gravity_nm: -0.1, ..Load::default() });
+    let before = axis.plant().unwrap().motor_position();
+    complete(&mut axis, Order::MoveTo(Position(20_000.0), PROFILE));
+    let way = axis.plant().unwrap().motor_position() - before;
+    assert!((way.0 - 20_000.0 * 8192.0 / 3200.0).abs() < 200.0, "{way:?}");
 }

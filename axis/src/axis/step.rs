@@ -19,6 +19,7 @@ impl Axis {
         if was_running {
             self.generate();
         }
+        self.stand();
         let command = self.drive_command();
         self.reset = false;
         let feedback = self.drive.step(&command);
@@ -66,6 +67,9 @@ impl Axis {
         };
         if let Some(limit) = self.pushes() {
             torque_limit = torque_limit.least(TorqueLimit::both(limit));
+        }
+        if let Some(limit) = self.standing.limit() {
+            torque_limit = torque_limit.least(limit);
         }
         Command {
             enable: self.power.is_on(),

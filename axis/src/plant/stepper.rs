@@ -1,7 +1,7 @@
 //! A stepper motor: its rotor is pulled to where the steps have been counted to.
 
 use super::{Plant, within};
-use crate::units::{Position, Torque, rounded};
+use crate::units::{Position, Torque, cut, rounded};
 
 /// What a stepper motor is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +14,9 @@ pub struct StepperConfig {
     pub counts_per_revolution: u32,
     /// Highest torque with which it holds its place.
     pub holding_torque: Torque,
+    /// How far the field leads a rotor that is slower than it, in seconds of the difference of speed, at most a full
+    /// step: the damping by the electronics. Zero is none.
+    pub damping_seconds: f64,
 }
 
 impl Default for StepperConfig {
@@ -24,6 +27,7 @@ impl Default for StepperConfig {
             microsteps: 16,
             counts_per_revolution: 8192,
             holding_torque: Torque(1000.0),
+            damping_seconds: 0.0,
         }
     }
 }
@@ -38,6 +42,7 @@ pub struct Stepper {
     full_steps_per_count: f64,
     full_steps_per_microstep: f64,
     holding_torque: f64,
+    damping_seconds: f64,
     /// Where the rotor stands at step 0, in counts.
     origin: f64,
 }
@@ -55,15 +60,19 @@ impl Stepper {
                 / number(config.counts_per_revolution),
             full_steps_per_microstep: 1.0 / number(config.microsteps),
             holding_torque: within(config.holding_torque.0, 0.0, 1e6, 0.0),
+            damping_seconds: within(config.damping_seconds, 0.0, 1.0, 0.0),
             origin: within(origin.0, -1e15, 1e15, 0.0),
         }
     }
 
-    /// The torque on the rotor after `steps` (micro)steps in positive direction; none for what is not finite.
+    /// The torque on the rotor after `steps` (micro)steps in positive direction, put out at `rate` steps/s; none for
+    /// what is not finite.
     #[must_use]
-    pub fn torque(&self, steps: f64, plant: &Plant) -> Torque {
+    pub fn torque(&self, steps: f64, rate: f64, plant: &Plant) -> Torque {
         let rotor = (plant.motor_position().0 - self.origin) * self.full_steps_per_count;
-        let ahead = steps * self.full_steps_per_microstep - rotor;
+        let slip =
+            rate * self.full_steps_per_microstep - plant.motor_velocity().0 * self.full_steps_per_count;
+        let ahead = steps * self.full_steps_per_microstep - rotor + cut(slip * self.damping_seconds, 1.0);
         if !ahead.is_finite() {
             return Torque(0.0);
         }
@@ -109,7 +118,7 @@ mod tests {
         while time < seconds + 1.0 {
             time += STEP;
             steps = (time.min(seconds) * rate).floor();
-            plant.step(stepper.torque(steps, plant), STEP);
+            plant.step(stepper.torque(steps, 0.0, plant), STEP);
         }
         steps
     }
@@ -131,6 +140,22 @@ mod tests {
         let error = plant.motor_position() - stepper.place(steps);
         assert!(steps >= 3999.0 && error.abs() <= Position(1.0), "{error:?}");
         assert!((stepper.place(steps).0 - 70.0 - steps * MICROSTEP).abs() < 1e-6);
+    }
+
+    #[test]
+    fn damping_brings_the_rotor_to_rest() {
+        let ringing = |damping_seconds: f64| {
+            let config = StepperConfig { damping_seconds, ..StepperConfig::default() };
+            let quiet =
+                PlantConfig { viscous_friction_nms: 0.0, coulomb_friction_nm: 0.0, ..PlantConfig::default() };
+            let (stepper, mut plant) = (Stepper::new(config, Position(0.0)), Plant::new(quiet));
+            for _ in 0..1600 {
+                plant.step(stepper.torque(8.0, 0.0, &plant), STEP);
+            }
+            (plant.motor_position() - stepper.place(8.0)).abs().0 + plant.motor_velocity().abs().0 / 100.0
+        };
+        assert!(ringing(2e-3) < 0.1, "{}", ringing(2e-3));
+        assert!(ringing(0.0) > 10.0, "{}", ringing(0.0));
     }
 
     #[test]

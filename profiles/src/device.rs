@@ -11,7 +11,7 @@ use axis::{Plant, PlantConfig, Position, Velocity, Voltage};
 use od::{Dictionary, Instant, Slot};
 
 use crate::cia402::{Fault, Mode, State, Statusword};
-use crate::simulated::servo;
+use crate::simulated::Simulated;
 use crate::{Binding, PlantSetup, Profile};
 
 use storage::Storing;
@@ -94,9 +94,9 @@ impl Device {
         bound.sort_unstable();
         let axes = profile.motor.iter().flat_map(|motor| (0..profile.axes()).map(move |axis| (axis, motor)));
         let unit = |(axis, motor)| {
-            let mut servo = servo(motor);
-            arrange(axis, &mut servo.plant);
-            Unit::new(&profile, motor, servo, &schema, axis, now)
+            let mut drive = Simulated::of(motor);
+            arrange(axis, drive.plant());
+            Unit::new(&profile, motor, drive, &schema, axis, now)
         };
         let units = axes.map(unit).collect();
         let dictionary = Dictionary::new(schema, node_id);

@@ -30,7 +30,7 @@ pub use device::{AxisStatus, Device, DeviceEvent, Keep, NoPlant, StoreOrder};
 pub use diagnostics::{Diagnostic, Diagnostics, Report, Span, line_and_column};
 pub use error_code::error_text;
 pub use file::reader;
-pub use motor::{Motor, MotorKind};
+pub use motor::{Motor, MotorKind, StepperMotor};
 pub use plant::{INPUT_WORDS, NoiseSetup, PlantFault, PlantSetup, Repair, SupplySetup, UnknownFault};
 pub use profile::{Bound, Dialect, Identity, Later, Profile, Timing};
 pub use register::{Behind, Format, Register, RegisterFile, RegisterList, Role, Space, UnknownRole};

@@ -11,7 +11,7 @@ pub struct Motor {
     pub raster_ns: u64,
     /// Highest speed in revolutions per minute, 1 or more.
     pub max_speed_rpm: u32,
-    /// Rated torque in newton metres, more than zero.
+    /// Rated torque in newton metres, more than zero: that of a stepper with which it holds at its rated current.
     pub rated_torque_nm: f64,
     /// Peak torque as a multiple of the rated torque, 1 or more.
     pub peak_torque_factor: f64,
@@ -26,11 +26,33 @@ pub struct Motor {
 }
 
 /// How a motor is driven.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum MotorKind {
     /// In a closed loop of current, velocity and position.
     #[default]
     Servo,
-    /// By pulses.
-    Stepper,
+    /// By steps.
+    Stepper(StepperMotor),
+}
+
+/// What a stepper motor has beside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepperMotor {
+    /// Full steps per revolution, 1 or more.
+    pub full_steps_per_revolution: u32,
+    /// Current of the rated torque in milliamperes, 1 or more.
+    pub rated_current_ma: u32,
+    /// An encoder tells where the motor is; otherwise the steps are counted.
+    pub has_encoder: bool,
+}
+
+impl Motor {
+    /// What it has beside if it is a stepper.
+    #[must_use]
+    pub fn stepper(&self) -> Option<&StepperMotor> {
+        match &self.kind {
+            MotorKind::Servo => None,
+            MotorKind::Stepper(stepper) => Some(stepper),
+        }
+    }
 }

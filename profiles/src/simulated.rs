@@ -1,11 +1,22 @@
 //! The simulated drive behind an axis, by the data of its motor.
 
-use axis::{DcLink, Load, Overload, PlantConfig, ServoConfig, Supply, Temperature, Thermal, Torque, Voltage};
+use core::num::NonZeroU32;
 
-use crate::Motor;
+use axis::{
+    DcLink, Drive, Load, Overload, Period, PlantConfig, Scale, SensorConfig, ServoConfig, SimulatedServo,
+    StepConfig, StepDrive, StepFeedback, StepperConfig, Supply, Temperature, Thermal, Torque, Voltage,
+};
+
+use crate::{Motor, MotorKind, StepperMotor};
 
 /// At this temperature of the motor the drive trips.
 pub(crate) const HOTTEST: Temperature = Temperature(100.0);
+
+/// A step drive inside its motor makes up to 50 million steps a second.
+const INNER_FREQUENCY_FACTOR: NonZeroU32 = match NonZeroU32::new(1000) {
+    Some(factor) => factor,
+    None => NonZeroU32::MIN,
+};
 
 /// At this supply the drive trips, for motors of low and of high power.
 const LOW: Supply = Supply {
@@ -21,10 +32,75 @@ const HIGH: Supply = Supply {
     dc_link: None,
 };
 
-/// The simulated drive of a motor: a load as heavy as the rotor, friction of a hundredth of the rated torque. Rated
-/// torque may last for ever, twice of it for 3 s (I²t).
-pub(crate) fn servo(motor: &Motor) -> ServoConfig {
-    let plant = PlantConfig {
+/// The simulated drive of a motor, before it is built.
+pub(crate) enum Simulated {
+    Servo(ServoConfig),
+    Stepper(StepConfig),
+}
+
+impl Simulated {
+    /// The drive of a motor with a load as heavy as the rotor, and friction of a hundredth of the rated torque.
+    pub(crate) fn of(motor: &Motor) -> Self {
+        match &motor.kind {
+            MotorKind::Servo => Self::Servo(servo(motor)),
+            MotorKind::Stepper(stepper) => Self::Stepper(step_drive(motor, stepper)),
+        }
+    }
+
+    /// What it turns.
+    pub(crate) fn plant(&mut self) -> &mut PlantConfig {
+        match self {
+            Self::Servo(config) => &mut config.plant,
+            Self::Stepper(config) => &mut config.plant,
+        }
+    }
+
+    /// The drive, stepped once every `period`.
+    pub(crate) fn build(self, period: Period) -> Box<dyn Drive> {
+        match self {
+            Self::Servo(config) => Box::new(SimulatedServo::new(period, config)),
+            Self::Stepper(config) => Box::new(StepDrive::new(period, config)),
+        }
+    }
+}
+
+/// Rated torque may last for ever, twice of it for 3 s (I²t).
+fn servo(motor: &Motor) -> ServoConfig {
+    let plant = PlantConfig { overload: Some(Overload::default()), ..plant(motor) };
+    ServoConfig { plant, ..ServoConfig::default() }
+}
+
+/// A drive in the motor: a count is a step, and its electronics damp the rotor half as much as would be critical.
+/// The motor stands its whole current for as long as it stays cool enough.
+fn step_drive(motor: &Motor, stepper: &StepperMotor) -> StepConfig {
+    let full_steps = stepper.full_steps_per_revolution;
+    let microsteps = (motor.counts_per_revolution / full_steps).max(1);
+    // The torque rises to its highest within a full step.
+    let holding_nm = motor.rated_torque_nm * motor.peak_torque_factor;
+    let stiffness = holding_nm * f64::from(full_steps) / core::f64::consts::TAU;
+    let inertia = 2.0 * motor.rotor_inertia_kg_m2;
+    StepConfig {
+        plant: plant(motor),
+        motor: StepperConfig {
+            full_steps_per_revolution: full_steps,
+            microsteps,
+            counts_per_revolution: motor.counts_per_revolution,
+            holding_torque: Torque(1000.0 * motor.peak_torque_factor),
+            damping_seconds: (inertia / stiffness).sqrt(),
+        },
+        feedback: if stepper.has_encoder {
+            StepFeedback::Encoder { sensor: SensorConfig::incremental(32), scale: Scale::ONE }
+        } else {
+            StepFeedback::Counter
+        },
+        frequency_factor: INNER_FREQUENCY_FACTOR,
+        ..StepConfig::default()
+    }
+}
+
+/// What every plant has.
+fn plant(motor: &Motor) -> PlantConfig {
+    PlantConfig {
         counts_per_revolution: motor.counts_per_revolution,
         rated_torque_nm: motor.rated_torque_nm,
         peak_torque: Torque(1000.0 * motor.peak_torque_factor),
@@ -34,10 +110,9 @@ pub(crate) fn servo(motor: &Motor) -> ServoConfig {
         viscous_friction_nms: motor.rated_torque_nm / 100_000.0,
         supply: supply(motor),
         thermal: Some(Thermal { limit: HOTTEST, ..Thermal::default() }),
-        overload: Some(Overload::default()),
+        overload: None,
         ..PlantConfig::default()
-    };
-    ServoConfig { plant, ..ServoConfig::default() }
+    }
 }
 
 /// 48 V up to 350 W, rectified mains above. The source loses a twentieth of its voltage at peak power. The capacitor

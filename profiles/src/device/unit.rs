@@ -6,13 +6,14 @@ use std::sync::Arc;
 
 use core::time::Duration;
 
-use axis::{Axis, Period, ServoConfig, SimulatedServo, Velocity, Voltage};
+use axis::{Axis, Period, Velocity, Voltage};
 use od::{Dictionary, Instant, Schema, Slot};
 
 use crate::cia402::touch_probe::TouchProbe;
 use crate::cia402::units::{Units, factors};
 use crate::cia402::{Context, Drive402, Fault, SetPoints};
 use crate::raster::Alignment;
+use crate::simulated::Simulated;
 use crate::slots::{Parameters, Slots};
 use crate::vendor::{Scope, Vendor, Wish};
 use crate::{Binding, Dialect, Motor, Profile, RegisterFile, Role};
@@ -91,13 +92,12 @@ impl Unit {
     pub(super) fn new(
         profile: &Profile,
         motor: &Motor,
-        servo: ServoConfig,
+        drive: Simulated,
         schema: &Schema,
         axis: u8,
         now: Instant,
     ) -> Self {
         let period = Period::from_nanos(motor.raster_ns).unwrap_or(Period::MILLISECOND);
-        let drive = SimulatedServo::new(period, servo);
         Self {
             slots: Slots::new(schema, &profile.bindings, axis),
             registers: Arc::clone(&profile.registers),
@@ -105,7 +105,7 @@ impl Unit {
             position_factor: PositionFactor::default(),
             dialect: profile.dialect,
             motor: motor.clone(),
-            axis: Axis::new(period, crate::cia402::limits_of(motor), Box::new(drive)),
+            axis: Axis::new(period, crate::cia402::limits_of(motor), drive.build(period)),
             drive: Drive402::new(profile.dialect),
             vendor: Vendor::new(profile.dialect, motor),
             is_referenced: false,

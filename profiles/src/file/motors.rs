@@ -1,7 +1,7 @@
 //! The motors of a profile file: `[motors.<name>]` tables and `default_motor`. A device without axes has none.
 
 use super::reader::{Node, Spanned, Table};
-use crate::{Motor, MotorKind, RegisterList, Report};
+use crate::{Motor, MotorKind, RegisterList, Report, StepperMotor};
 
 /// The chosen motor and the names of all.
 pub(super) struct Motors {
@@ -54,7 +54,7 @@ fn motor(name: &str, node: Node<'_>, report: &mut Report) -> Option<Motor> {
     let rated_torque_nm = table.require_in("rated_torque_nm", 1e-6..=1e6);
     let peak_torque_factor = table.require_in("peak_torque_factor", 1.0..=100.0);
     let rotor_inertia_kg_m2 = table.require_in("rotor_inertia_kg_m2", 1e-12..=1e6);
-    let kind = table.word("kind", kind, ["servo", "stepper"]).map(Spanned::into_inner);
+    let kind = kind(&mut table);
     let type_code = table.get("type_code").unwrap_or(0);
     let registers = registers(&mut table);
     table.finish();
@@ -66,18 +66,36 @@ fn motor(name: &str, node: Node<'_>, report: &mut Report) -> Option<Motor> {
         rated_torque_nm: rated_torque_nm?,
         peak_torque_factor: peak_torque_factor?,
         rotor_inertia_kg_m2: rotor_inertia_kg_m2?,
-        kind: kind.unwrap_or_default(),
+        kind: kind?,
         type_code,
         registers,
     })
 }
 
-fn kind(word: &str) -> Option<MotorKind> {
-    match word {
-        "servo" => Some(MotorKind::Servo),
-        "stepper" => Some(MotorKind::Stepper),
+/// The `kind`, with the data that belong to it.
+fn kind(table: &mut Table<'_, '_>) -> Option<MotorKind> {
+    let is_stepper = |word: &str| match word {
+        "servo" => Some(false),
+        "stepper" => Some(true),
         _ => None,
+    };
+    let named = table.word("kind", is_stepper, ["servo", "stepper"]);
+    match named.map(Spanned::into_inner) {
+        Some(true) => stepper(table).map(MotorKind::Stepper),
+        Some(false) => Some(MotorKind::Servo),
+        None => (!table.has("kind")).then_some(MotorKind::Servo),
     }
+}
+
+fn stepper(table: &mut Table<'_, '_>) -> Option<StepperMotor> {
+    let full_steps_per_revolution = table.require_in("full_steps_per_revolution", 1..=1_000_000);
+    let rated_current_ma = table.require_in("rated_current_ma", 1..=1_000_000);
+    let has_encoder = table.require::<bool>("encoder");
+    Some(StepperMotor {
+        full_steps_per_revolution: full_steps_per_revolution?,
+        rated_current_ma: rated_current_ma?,
+        has_encoder: has_encoder?,
+    })
 }
 
 /// The name of the register list, which must be one that comes with the program.

@@ -45,7 +45,7 @@ impl Module {
             MotorKind::Servo => {
                 MacMotor::of(motor).map_or(Registers::Plain, |motor| Registers::Mac(Box::new(motor)))
             }
-            MotorKind::Stepper => Registers::Plain,
+            MotorKind::Stepper(_) => Registers::Plain,
         };
         Self {
             is_commanded: false,

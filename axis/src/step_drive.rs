@@ -141,7 +141,8 @@ impl StepDrive {
     fn advance(&mut self, from: Position, to: Position, limit: TorqueLimit) {
         let share = 1.0 / f64::from(self.inner_steps);
         let rate = (to - from).0 / self.period_seconds;
-        for inner in 1..=self.inner_steps {
+        // The torque of an inner step is that of its beginning, where rotor and field are known.
+        for inner in 0..self.inner_steps {
             let place = from.0 + (to - from).0 * f64::from(inner) * share;
             self.torque = if self.stage.is_on() {
                 limit.cut(self.motor.torque(rounded(place), rate, &self.plant))

@@ -67,6 +67,7 @@ fn a_stepper_runs_at_3000_rpm_in_profile_velocity_mode_and_stops() {
     bench.enable(3);
     bench.set(0x60FF, 20_480_000);
     bench.run(3_000);
+    assert!(bench.get(0x60F4).abs() < 200, "{}", bench.get(0x60F4));
     assert!((bench.velocity() - 20_480_000).abs() < 1_000_000, "{}", bench.velocity());
     let place = bench.position();
     bench.run(1_000);

@@ -121,6 +121,11 @@ impl Level {
         }
     }
 
+    /// Where the input has changed, if it is connected.
+    fn latch(self, place: Option<Position>) -> Option<Position> {
+        place.filter(|_| self != Self::Unused)
+    }
+
     /// Edges of the signal as edges of its meaning.
     fn edges(self, edges: Edges) -> Edges {
         match self {
@@ -165,12 +170,15 @@ impl Levels {
         }
     }
 
-    /// The latches with the edges of what the inputs say.
+    /// The latches with the edges of what the inputs say; what is not connected has none.
     pub(crate) fn turn(&self, latches: Latches) -> Latches {
         Latches {
+            positive_limit: self.positive_limit.latch(latches.positive_limit),
+            negative_limit: self.negative_limit.latch(latches.negative_limit),
+            home: self.home.latch(latches.home),
             probe_1: self.probe_1.edges(latches.probe_1),
             probe_2: self.probe_2.edges(latches.probe_2),
-            ..latches
+            index: latches.index,
         }
     }
 }
@@ -257,7 +265,9 @@ mod tests {
     fn the_edges_of_an_input_that_is_active_low_are_the_other_way_round() {
         let levels = Levels { probe_1: Level::Low, probe_2: Level::Unused, ..Levels::default() };
         let up = Edges { rising: Some(Position(5.0)), falling: None };
-        let latches = levels.turn(Latches { probe_1: up, probe_2: up, ..Latches::default() });
+        let home = Some(Position(7.0));
+        let latches = levels.turn(Latches { home, probe_1: up, probe_2: up, ..Latches::default() });
+        assert_eq!((latches.home, Levels { home: Level::Unused, ..levels }.turn(latches).home), (home, None));
         assert_eq!(latches.probe_1, Edges { rising: None, falling: Some(Position(5.0)) });
         assert_eq!(latches.probe_2, Edges::default());
     }

@@ -117,6 +117,10 @@ bindings! {
     VelocityThresholdTime = "velocity_threshold_time",
     /// 0x6072: torque limit.
     MaxTorque = "max_torque",
+    /// 0x6073: highest current of the motor, in per mille of the rated one.
+    MaxCurrent = "max_current",
+    /// 0x6075: rated current of the motor, in mA.
+    MotorRatedCurrent = "motor_rated_current",
     /// 0x6074: torque asked of the motor.
     TorqueDemand = "torque_demand",
     /// 0x6077: torque of the motor.
@@ -277,6 +281,8 @@ bindings! {
     JvlCommand = "jvl_command",
     /// JVL: FastMac command to the motor.
     JvlFastMac = "jvl_fastmac",
+    /// JVL 0x2204: current of a stepper while it runs, in mA.
+    JvlRunCurrent = "jvl_run_current",
     /// JVL 0x2011:01: inputs of the module.
     JvlInputs = "jvl_inputs",
     /// JVL 0x2011:03: state of the motor in bits.

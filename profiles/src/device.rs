@@ -137,7 +137,7 @@ impl Device {
             if let Some(role) = self.profile.registers.role_of(slot)
                 && let Some(unit) = self.units.first_mut()
             {
-                unit.note_register(role);
+                unit.note_register(role, &mut self.dictionary);
             }
             let Ok(position) = self.bound.binary_search_by_key(&slot, |(bound, ..)| *bound) else { continue };
             let Some((_, axis, binding)) = self.bound.get(position) else { continue };

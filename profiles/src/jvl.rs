@@ -6,8 +6,11 @@ mod follower;
 mod groups;
 mod module;
 mod motor;
+mod objects;
+mod stepper;
 mod units;
 mod veto;
 
 pub(crate) use module::{Module, levels, stops_on_error};
+pub(crate) use objects::{is_stepper_homing, object_of, taken};
 pub(crate) use veto::{of_fastmac, of_register};

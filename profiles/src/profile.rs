@@ -143,15 +143,18 @@ impl Profile {
 
     /// The same profile with the device's own objections to what is written.
     fn guarded(mut self) -> Self {
+        let is_stepper = self.motor.as_ref().is_some_and(|motor| motor.stepper().is_some());
         let mut application = Arc::unwrap_or_clone(self.application);
         for bound in &self.bindings {
-            if let Some(veto) = veto(bound.binding, self.dialect) {
+            if let Some(veto) = veto(bound.binding, self.dialect, is_stepper) {
                 application.set_veto(bound.address, veto);
             }
         }
         let lists = [&self.motor_registers, &self.module_registers].into_iter().flatten();
         for register in lists.flat_map(|list| &list.registers) {
-            if let (Some(place), Some(veto)) = (register.place, register.role.and_then(jvl::of_register)) {
+            if let (Some(place), Some(veto)) =
+                (register.place, register.role.and_then(|role| jvl::of_register(role, is_stepper)))
+            {
                 application.set_veto(place, veto);
             }
         }
@@ -260,12 +263,15 @@ impl Profile {
 
 /// What a drive of this dialect objects to at `binding`: what it does not have, what the standard reserves, and
 /// fractions with a zero.
-fn veto(binding: Binding, dialect: Dialect) -> Option<Veto> {
+fn veto(binding: Binding, dialect: Dialect, is_stepper: bool) -> Option<Veto> {
     use Dialect::{Cia402, Jvl};
     match (binding, dialect) {
         (Binding::ModesOfOperation, Cia402) => Some(|_, _, raw| check_mode(raw, Cia402)),
         (Binding::ModesOfOperation, Jvl) => Some(|_, _, raw| check_mode(raw, Jvl)),
         (Binding::HomingMethod, Cia402) => Some(|_, _, raw| check_method(raw, Cia402)),
+        (Binding::HomingMethod, Jvl) if is_stepper => {
+            Some(|_, _, raw| check(jvl::is_stepper_homing(i64::from(raw as u8 as i8))))
+        }
         (Binding::HomingMethod, Jvl) => Some(|_, _, raw| check_method(raw, Jvl)),
         (Binding::MotionProfileType, Cia402) => {
             Some(|_, _, raw| check([LINEAR, JERK_LIMITED].contains(&i64::from(raw as u16 as i16))))

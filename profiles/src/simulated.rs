@@ -115,14 +115,15 @@ fn plant(motor: &Motor) -> PlantConfig {
     }
 }
 
-/// 48 V up to 350 W, rectified mains above. The source loses a twentieth of its voltage at peak power. The capacitor
+/// 48 V for steppers and up to 350 W, rectified mains above. The source loses a twentieth of its voltage at peak power. The capacitor
 /// takes one and a half times the energy of motor and default load at the highest speed, so that only a heavier load
 /// brakes the drive into an over-voltage.
 fn supply(motor: &Motor) -> Supply {
     const LOW_POWER_W: f64 = 350.0;
     let speed = f64::from(motor.max_speed_rpm) / 60.0 * core::f64::consts::TAU;
     let rated = motor.rated_torque_nm * speed;
-    let supply = if rated <= LOW_POWER_W { LOW } else { HIGH };
+    let is_low = motor.stepper().is_some() || rated <= LOW_POWER_W;
+    let supply = if is_low { LOW } else { HIGH };
     let (nominal, most) = (supply.voltage.0, supply.over_voltage.0);
     let energy = motor.rotor_inertia_kg_m2 * speed * speed;
     let link = DcLink {

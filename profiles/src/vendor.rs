@@ -39,6 +39,8 @@ pub(crate) struct Scope<'a> {
     pub(crate) external_encoder: Velocity,
     /// The vocabulary runs the axis.
     pub(crate) is_lent: bool,
+    /// A limit switch that is met may be an error.
+    pub(crate) minds_limit_switches: bool,
 }
 
 /// What a vocabulary wants of its device. Of equal wishes that wait there is only one.
@@ -87,6 +89,7 @@ impl Scope<'_> {
             is_referenced: self.is_referenced,
             mode,
             is_lent: self.is_lent,
+            minds_limit_switches: self.minds_limit_switches,
         };
         (self.drive, context)
     }
@@ -140,6 +143,22 @@ impl Vendor {
         }
     }
 
+    /// Whether the motor turns the other way round, so that positions and velocities count so.
+    pub(crate) fn turns_back(&self, registers: &RegisterFile, dictionary: &Dictionary) -> bool {
+        match self {
+            Self::None => false,
+            Self::Jvl(module) => module.turns_back(registers, dictionary),
+        }
+    }
+
+    /// Whether a limit switch that is met is an error for the CiA 402 drive, if its dialect says so.
+    pub(crate) fn minds_limit_switches(&self) -> bool {
+        match self {
+            Self::None => true,
+            Self::Jvl(module) => module.minds_limit_switches(),
+        }
+    }
+
     /// Reacts to the loss of the master.
     pub(crate) fn connection_lost(&mut self, scope: &mut Scope<'_>) {
         match self {
@@ -156,11 +175,11 @@ impl Vendor {
         }
     }
 
-    /// Whether it shows how the motor cools down, and that goes on.
-    pub(crate) fn is_warm(&self) -> bool {
+    /// Whether it shows something that changes while the axis is off and at rest, such as a temperature or the time.
+    pub(crate) fn is_changing(&self) -> bool {
         match self {
             Self::None => false,
-            Self::Jvl(module) => module.is_warm(),
+            Self::Jvl(module) => module.is_changing(),
         }
     }
 

@@ -25,6 +25,8 @@ pub(crate) struct Context<'a> {
     pub(crate) mode: Mode,
     /// The vendor's own words run the axis; the drive leaves its power alone until it operates or there is a fault.
     pub(crate) is_lent: bool,
+    /// A limit switch that is met may be an error.
+    pub(crate) minds_limit_switches: bool,
 }
 
 impl Context<'_> {
@@ -367,7 +369,8 @@ impl Drive402 {
         let status = context.axis.status();
         let is_at = status.switches.negative_limit || status.switches.positive_limit;
         let was_at = core::mem::replace(&mut self.is_at_limit, is_at);
-        let is_error = self.dialect == Dialect::Jvl && self.mode() != Mode::Homing;
+        let is_error =
+            self.dialect == Dialect::Jvl && context.minds_limit_switches && self.mode() != Mode::Homing;
         is_error && is_at && !was_at && status.motion != Motion::Off
     }
 

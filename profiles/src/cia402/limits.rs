@@ -36,7 +36,7 @@ pub(crate) fn apply(context: &mut Context<'_>) {
     if *axis.limits() != limits {
         axis.set_limits(limits);
     }
-    axis.set_torque_limit(torque_limit(*parameters));
+    axis.set_torque_limit(torque_limit(*parameters, motor));
     // 0xFFFFFFFF switches the supervision off (IEC 61800-7-201, 0x6065).
     let window = parameters.get(Binding::FollowingErrorWindow).filter(|w| *w != i64::from(u32::MAX));
     axis.set_following_error_limit(window.map(|w| parameters.units.distance(w)));
@@ -63,14 +63,26 @@ fn ramp(parameters: Parameters<'_>, binding: Binding, most: Acceleration) -> Acc
     limit.map_or(most, |value| Acceleration(parameters.units.acceleration(value).0.min(most.0)))
 }
 
-/// On each side the lesser of 0x6072 and 0x60E0 or 0x60E1.
-fn torque_limit(parameters: Parameters<'_>) -> TorqueLimit {
+/// On each side the least of 0x6072, 0x60E0 or 0x60E1, and what the current of a stepper makes.
+fn torque_limit(parameters: Parameters<'_>, motor: &Motor) -> TorqueLimit {
     let torque = |binding| parameters.units.torque(parameters.or(binding, i64::MAX));
     let sides = TorqueLimit {
         positive: torque(Binding::PositiveTorqueLimit),
         negative: torque(Binding::NegativeTorqueLimit),
     };
-    sides.least(TorqueLimit::both(torque(Binding::MaxTorque)))
+    let least = sides.least(TorqueLimit::both(torque(Binding::MaxTorque)));
+    current_limit(parameters, motor).map_or(least, |limit| least.least(TorqueLimit::both(limit)))
+}
+
+/// The torque of the lesser of 0x2204 and 0x6073, if it is a stepper that has them. Zero for 0x6073 is no limit.
+fn current_limit(parameters: Parameters<'_>, motor: &Motor) -> Option<Torque> {
+    let stepper = motor.stepper()?;
+    let rated = parameters.or(Binding::MotorRatedCurrent, stepper.rated_current_ma.into());
+    let most = parameters.get(Binding::MaxCurrent).filter(|most| *most > 0);
+    let most = most.map(|per_mille| per_mille as f64 * rated as f64 / 1000.0);
+    let running = parameters.get(Binding::JvlRunCurrent).map(|current| current as f64);
+    let current = [most, running].into_iter().flatten().reduce(f64::min)?;
+    Some(Torque(1000.0 * current / f64::from(stepper.rated_current_ma)))
 }
 
 /// 0x607D. By the standard it counts from the machine home position, so 0x607C is taken off; the module manual knows

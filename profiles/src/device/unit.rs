@@ -16,13 +16,16 @@ use crate::raster::Alignment;
 use crate::simulated::Simulated;
 use crate::slots::{Parameters, Slots};
 use crate::vendor::{Scope, Vendor, Wish};
-use crate::{Binding, Dialect, Motor, Profile, RegisterFile, Role};
+use crate::{Binding, Dialect, Motor, Profile, RegisterFile, Role, jvl};
 
 /// Simulated time that one call of [`Unit::advance`] catches up at most.
 const MAX_CATCH_UP: Duration = Duration::from_millis(20);
 
-/// How often an axis that sleeps looks how warm it is, if its vendor shows that.
+/// How often an axis that sleeps is looked at, if its vendor shows something that changes meanwhile.
 const DOZE: Duration = Duration::from_millis(100);
+
+/// 0x607E of positions and velocities that count the other way.
+const REVERSED: i64 = 0xC0;
 
 /// What becomes of 0x6093 when factors were written.
 #[derive(Clone, Copy, Debug, Default)]
@@ -139,10 +142,19 @@ impl Unit {
         }
     }
 
-    /// Notes that a bus has written the register with this role.
-    pub(super) fn note_register(&mut self, role: Role) {
+    /// Notes that a bus has written the register with this role. One that is an object is taken for that.
+    pub(super) fn note_register(&mut self, role: Role, dictionary: &mut Dictionary) {
         self.vendor.note_register(role);
         self.written.vendor = true;
+        self.written.factors |= role == Role::SetupBits;
+        let Some(binding) = jvl::object_of(role) else { return };
+        let value = i64::from(self.registers.get(dictionary, role).unwrap_or(0));
+        if let Some(slot) = self.slots.get(binding)
+            && let Some(value) = jvl::taken(binding, value, self.slots.integer(dictionary, binding))
+        {
+            self.slots.show(dictionary, binding, value);
+            self.note(slot, binding);
+        }
     }
 
     /// The signals at the inputs of the motor are others now.
@@ -168,7 +180,7 @@ impl Unit {
             drive.handle_parameters(&mut context);
             touch_probe.update(context.parameters);
         }
-        if written.vendor || written.parameters {
+        if written.vendor || written.parameters || written.factors {
             let (vendor, mut scope) = self.scope(dictionary);
             vendor.act(&mut scope);
         }
@@ -196,7 +208,7 @@ impl Unit {
             simulated += period;
             self.step(dictionary, due);
             let is_quiet = self.axis.is_quiet();
-            self.is_dozing = is_quiet && self.vendor.is_warm();
+            self.is_dozing = is_quiet && self.vendor.is_changing();
             let pause = if self.is_dozing { DOZE } else { period };
             self.next = (!is_quiet || self.is_dozing).then(|| due + pause);
             advanced.has_stepped = true;
@@ -206,7 +218,8 @@ impl Unit {
 
     fn step(&mut self, dictionary: &mut Dictionary, due: Instant) {
         if core::mem::take(&mut self.is_dozing) {
-            self.rest(due);
+            // The step itself is the last raster period of the pause.
+            self.rest(due, Duration::from_nanos(self.axis.period().nanos()));
         }
         self.axis.step();
         self.stepped = due;
@@ -257,6 +270,7 @@ impl Unit {
     pub(super) fn restart_motor(&mut self, dictionary: &mut Dictionary, now: Instant) {
         let (vendor, mut scope) = self.scope(dictionary);
         vendor.restart(&mut scope);
+        self.read_units(dictionary);
         self.schedule(now);
     }
 
@@ -280,6 +294,7 @@ impl Unit {
             analog_input: self.analog_input,
             external_encoder: self.external_encoder,
             is_lent: self.vendor.runs_axis(),
+            minds_limit_switches: self.vendor.minds_limit_switches(),
         };
         (&mut self.vendor, scope)
     }
@@ -300,6 +315,7 @@ impl Unit {
             mode,
             is_referenced: &mut self.is_referenced,
             is_lent: self.vendor.runs_axis(),
+            minds_limit_switches: self.vendor.minds_limit_switches(),
         };
         (&mut self.drive, &mut self.touch_probe, context)
     }
@@ -326,7 +342,11 @@ impl Unit {
     }
 
     fn read_units(&mut self, dictionary: &Dictionary) {
-        self.units = Units::read(self.dialect, |binding| self.slots.integer(dictionary, binding));
+        let turns_back = self.vendor.turns_back(&self.registers, dictionary);
+        self.units = Units::read(self.dialect, |binding| {
+            let value = self.slots.integer(dictionary, binding)?;
+            Some(if turns_back && binding == Binding::Polarity { value ^ REVERSED } else { value })
+        });
     }
 
     /// Schedules the next step if the axis may do anything.
@@ -339,14 +359,14 @@ impl Unit {
     /// Schedules the next step.
     pub(super) fn schedule(&mut self, now: Instant) {
         if self.next.is_none() || core::mem::take(&mut self.is_dozing) {
-            self.rest(now);
+            self.rest(now, Duration::ZERO);
             self.next = Some(now + Duration::from_nanos(self.axis.period().nanos()));
         }
     }
 
-    /// An axis that has slept has cooled down.
-    fn rest(&mut self, now: Instant) {
-        let seconds = now.saturating_since(self.stepped).as_secs_f64();
+    /// An axis that has slept until `now`, but for `still`, has cooled down.
+    fn rest(&mut self, now: Instant, still: Duration) {
+        let seconds = now.saturating_since(self.stepped).saturating_sub(still).as_secs_f64();
         self.axis.rest(seconds);
         self.vendor.rest(seconds);
     }

@@ -4,16 +4,18 @@ use std::collections::VecDeque;
 
 use axis::{DriveState, Level, Levels, Motion, Status, Voltage};
 use bitflags::bitflags;
+use od::Dictionary;
 
 use super::command::Command;
 use super::fastmac::FastMac;
 use super::motor::MacMotor;
+use super::stepper::MisMotor;
 
 use crate::cia402::units;
 use crate::cia402::{Drive402, View};
 use crate::slots::Parameters;
 use crate::vendor::{Scope, Wish};
-use crate::{Binding, Fault, Motor, MotorKind, Role, Space, State, Statusword};
+use crate::{Binding, Fault, Motor, MotorKind, RegisterFile, Role, Space, State, Statusword};
 
 /// The module of one axis, and the motor behind it.
 #[derive(Debug)]
@@ -36,6 +38,7 @@ enum Registers {
     /// Nobody's but the two that every motor has.
     Plain,
     Mac(Box<MacMotor>),
+    Mis(Box<MisMotor>),
 }
 
 impl Module {
@@ -45,7 +48,9 @@ impl Module {
             MotorKind::Servo => {
                 MacMotor::of(motor).map_or(Registers::Plain, |motor| Registers::Mac(Box::new(motor)))
             }
-            MotorKind::Stepper(_) => Registers::Plain,
+            MotorKind::Stepper(_) => {
+                MisMotor::of(motor).map_or(Registers::Plain, |motor| Registers::Mis(Box::new(motor)))
+            }
         };
         Self {
             is_commanded: false,
@@ -63,6 +68,9 @@ impl Module {
         let is_fastmac = binding == Binding::JvlFastMac;
         self.is_commanded |= is_command;
         self.has_fastmac |= is_fastmac;
+        if let Registers::Mis(motor) = &mut self.motor {
+            motor.note_object(binding);
+        }
         is_command || is_fastmac
     }
 
@@ -71,6 +79,7 @@ impl Module {
         match &mut self.motor {
             Registers::Plain => {}
             Registers::Mac(motor) => motor.note(role),
+            Registers::Mis(motor) => motor.note(role),
         }
     }
 
@@ -89,6 +98,20 @@ impl Module {
         match &self.motor {
             Registers::Plain => false,
             Registers::Mac(motor) => motor.runs_axis(),
+            Registers::Mis(motor) => motor.runs_axis(),
+        }
+    }
+
+    /// Whether the motor turns the other way round.
+    pub(crate) fn turns_back(&self, registers: &RegisterFile, dictionary: &Dictionary) -> bool {
+        matches!(self.motor, Registers::Mis(_)) && super::stepper::turns_back(registers, dictionary)
+    }
+
+    /// Whether a limit switch that is met is an error for the CiA 402 drive.
+    pub(crate) fn minds_limit_switches(&self) -> bool {
+        match &self.motor {
+            Registers::Plain | Registers::Mac(_) => true,
+            Registers::Mis(motor) => motor.minds_limit_switches(),
         }
     }
 
@@ -97,6 +120,7 @@ impl Module {
         match &mut self.motor {
             Registers::Plain => {}
             Registers::Mac(motor) => motor.act(scope),
+            Registers::Mis(motor) => motor.act(scope),
         }
         if core::mem::take(&mut self.is_commanded) {
             self.reset(scope);
@@ -108,6 +132,7 @@ impl Module {
             match &mut self.motor {
                 Registers::Plain => {}
                 Registers::Mac(motor) => motor.command(command, scope),
+                Registers::Mis(motor) => motor.command(command, scope),
             }
         }
         self.obey(scope);
@@ -142,6 +167,7 @@ impl Module {
             Command::Motor(number) => match &mut self.motor {
                 Registers::Plain => {}
                 Registers::Mac(motor) => motor.handle_command(number, scope),
+                Registers::Mis(motor) => motor.handle_command(number, scope),
             },
         }
     }
@@ -159,14 +185,16 @@ impl Module {
         match &mut self.motor {
             Registers::Plain => {}
             Registers::Mac(motor) => motor.step(scope),
+            Registers::Mis(motor) => motor.step(scope),
         }
     }
 
-    /// Whether the motor is still cooling down.
-    pub(crate) fn is_warm(&self) -> bool {
+    /// Whether the motor is still cooling down, or shows the time.
+    pub(crate) fn is_changing(&self) -> bool {
         match &self.motor {
             Registers::Plain => false,
             Registers::Mac(motor) => motor.is_warm(),
+            Registers::Mis(_) => true,
         }
     }
 
@@ -175,6 +203,7 @@ impl Module {
         match &mut self.motor {
             Registers::Plain => {}
             Registers::Mac(motor) => motor.rest(seconds),
+            Registers::Mis(motor) => motor.rest(seconds),
         }
     }
 
@@ -183,6 +212,7 @@ impl Module {
         match &mut self.motor {
             Registers::Plain => {}
             Registers::Mac(motor) => motor.connection_lost(scope),
+            Registers::Mis(motor) => motor.connection_lost(scope),
         }
     }
 
@@ -191,6 +221,7 @@ impl Module {
         match &mut self.motor {
             Registers::Plain => {}
             Registers::Mac(motor) => motor.shut_down(scope),
+            Registers::Mis(motor) => motor.shut_down(scope),
         }
     }
 
@@ -199,6 +230,7 @@ impl Module {
         match &mut self.motor {
             Registers::Plain => {}
             Registers::Mac(motor) => motor.restart(scope),
+            Registers::Mis(motor) => motor.restart(scope),
         }
     }
 
@@ -207,6 +239,7 @@ impl Module {
         let of_motor = match &mut self.motor {
             Registers::Plain => None,
             Registers::Mac(motor) => motor.poll_wish(),
+            Registers::Mis(motor) => motor.poll_wish(),
         };
         of_motor.or_else(|| self.wishes.pop_front())
     }
@@ -229,12 +262,16 @@ impl Module {
                 scope.show_register(Role::VIst, units::whole(per_sample) as i32);
             }
             Registers::Mac(motor) => motor.show(scope),
+            Registers::Mis(motor) => motor.show(scope),
         }
     }
 
     /// O1 and O2: 0x2011:02, or "in position" and "error" where 0x2011:05 says so (module manual, sections 4.3.6 and
     /// 4.3.9). The standard's outputs 0x60FE are the same two.
     pub(crate) fn outputs(&self, drive: &Drive402, view: View<'_>, standard: u32) -> u32 {
+        if let Registers::Mis(motor) = &self.motor {
+            return u32::from(motor.outputs());
+        }
         let (parameters, status) = (view.parameters, self.status(drive, view));
         let own = parameters.or(Binding::JvlOutputs, 0) as u32 | standard;
         let setup = parameters.or(Binding::JvlOutputSetup, 0) as u32;
@@ -247,10 +284,14 @@ impl Module {
     /// 0x2011:03.
     fn status(&self, drive: &Drive402, view: View<'_>) -> MotorStatus {
         let mut bits = motor_status(drive.state(), drive.fault(), drive.statusword(view), view.axis.status());
-        if let Registers::Mac(motor) = &self.motor
-            && motor.runs_axis()
-        {
-            bits.set(MotorStatus::IN_POSITION, motor.is_in_position());
+        match &self.motor {
+            Registers::Mac(motor) if motor.runs_axis() => {
+                bits.set(MotorStatus::IN_POSITION, motor.is_in_position());
+            }
+            Registers::Mis(motor) if motor.runs_axis() => {
+                bits.set(MotorStatus::IN_POSITION, motor.is_in_position());
+            }
+            Registers::Plain | Registers::Mac(_) | Registers::Mis(_) => {}
         }
         bits
     }

@@ -10,23 +10,28 @@ use crate::Role;
 
 const STATUSWORD: Address = Address::new(0x6041, 0);
 
-/// Numbers of the motor's command register that reset it.
-const RESETS: [u32; 2] = [1, 2];
-
-/// What the module objects to in the register with this role.
-pub(crate) fn of_register(role: Role) -> Option<Veto> {
-    match role {
-        Role::ModeReg => Some(|dictionary, _, _| check(dictionary, true)),
-        Role::Command => Some(|dictionary, _, raw| check(dictionary, moves(raw as u32))),
-        Role::ModuleCommand => Some(|dictionary, _, raw| {
-            let is_motion = match Command::of(raw as u32) {
-                Command::Motor(number) => moves(number),
-                Command::ResetMotor => true,
-                Command::None | Command::SaveModule | Command::RestoreModule | Command::SaveMotor => false,
-            };
-            check(dictionary, is_motion)
-        }),
+/// What the module objects to in the register with this role of a servo or a stepper.
+pub(crate) fn of_register(role: Role, is_stepper: bool) -> Option<Veto> {
+    match (role, is_stepper) {
+        (Role::ModeReg, _) => Some(|dictionary, _, _| check(dictionary, true)),
+        (Role::Command, false) => Some(|dictionary, _, raw| check(dictionary, moves_servo(raw as u32))),
+        (Role::Command, true) => Some(|dictionary, _, raw| check(dictionary, moves_stepper(raw as u32))),
+        (Role::ModuleCommand, false) => {
+            Some(|dictionary, _, raw| check(dictionary, goes_on(raw, moves_servo)))
+        }
+        (Role::ModuleCommand, true) => {
+            Some(|dictionary, _, raw| check(dictionary, goes_on(raw, moves_stepper)))
+        }
         _ => None,
+    }
+}
+
+/// Whether the module's command `raw` resets the motor, or is one for it that `moves`.
+fn goes_on(raw: u64, moves: fn(u32) -> bool) -> bool {
+    match Command::of(raw as u32) {
+        Command::Motor(number) => moves(number),
+        Command::ResetMotor => true,
+        Command::None | Command::SaveModule | Command::RestoreModule | Command::SaveMotor => false,
     }
 }
 
@@ -35,9 +40,17 @@ pub(crate) fn of_fastmac(dictionary: &Dictionary, _: Slot, raw: u64) -> Result<(
     check(dictionary, FastMac::from_number(raw as u8) == Some(FastMac::ZeroSearch))
 }
 
-/// Whether this number in the motor's command register moves the motor, or takes its power.
-fn moves(number: u32) -> bool {
+/// Whether this number in the command register of a MAC motor moves the motor, or takes its power.
+fn moves_servo(number: u32) -> bool {
+    const RESETS: [u32; 2] = [1, 2];
     let command = u8::try_from(number).ok().filter(|number| *number >= 128).and_then(FastMac::from_number);
+    RESETS.contains(&number) || command == Some(FastMac::ZeroSearch)
+}
+
+/// The same for a MIS stepper.
+fn moves_stepper(number: u32) -> bool {
+    const RESETS: [u32; 2] = [267, 268];
+    let command = u8::try_from(number).ok().filter(|number| *number < 128).and_then(FastMac::from_number);
     RESETS.contains(&number) || command == Some(FastMac::ZeroSearch)
 }
 

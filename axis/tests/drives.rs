@@ -6,11 +6,9 @@ use std::num::NonZeroU32;
 
 use axis::{
     Acceleration, AnalogConfig, AnalogDrive, Axis, Coding, Creep, DriveFault, DriveState, Fault, Finish,
-    Limits, Mark, Order, Period, PlantConfig, PlantFault, Position, Profile, Scale, SensorConfig,
-    ServoConfig, SimulatedServo, Status, StepConfig, StepDrive, StepFeedback, Stepping, Torque, Travel, Turn,
-    Velocity,
     Limits, Load, Mark, Order, Period, PlantConfig, PlantFault, Position, Profile, Scale, SensorConfig,
-    Standby, Status, StepConfig, StepDrive, StepFeedback, Stepping, Torque, Travel, Turn, Velocity,
+    ServoConfig, SimulatedServo, Standby, Status, StepConfig, StepDrive, StepFeedback, Stepping, Torque,
+    Travel, Turn, Velocity,
 };
 use bench::{complete, run, run_until, seek};
 

@@ -371,5 +371,5 @@ fn start_mode(sample: &Sample<'_, '_>) -> Mode {
 fn reset_faults(sample: &mut Sample<'_, '_>) {
     let (drive, mut context) = sample.scope.drive();
     drive.reset_motor_error(&mut context);
-    drive.reset_limit_error(&mut context);
+    drive.reset_only(Fault::limit_switch(), &mut context);
 }

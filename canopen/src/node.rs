@@ -1,6 +1,7 @@
 //! One CANopen device on one network.
 
 mod diagnostics;
+mod local;
 mod lss;
 mod pace;
 mod services;

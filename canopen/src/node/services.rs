@@ -3,6 +3,7 @@
 use od::Instant;
 use od::{Address, Dictionary, Schema};
 
+use super::storage::Client;
 use super::{Node, Order, queue};
 use crate::cob_id::NMT;
 use crate::communication::{self as objects, Objects};
@@ -145,7 +146,7 @@ impl Node {
                             }
                         };
                         self.take_over(now, application.schema());
-                        self.note_write(position, address, application.schema());
+                        self.note_write(Client::Sdo(position), address, application.schema());
                         answer
                     }
                     Err(code) => {
@@ -159,7 +160,7 @@ impl Node {
     }
 
     /// Acts on communication objects that were written.
-    fn take_over(&mut self, now: Instant, application: &Schema) {
+    pub(super) fn take_over(&mut self, now: Instant, application: &Schema) {
         while let Some(slot) = self.communication.take_written() {
             let Some(Address { index, sub }) = self.communication.schema().address(slot) else { continue };
             match index {

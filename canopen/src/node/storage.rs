@@ -69,11 +69,13 @@ pub(super) struct Storage {
 
 /// Who waits for an order to end.
 #[derive(Clone, Copy, Debug)]
-enum Client {
+pub(super) enum Client {
     /// That of the SDO server at this position.
     Sdo(usize),
     /// The LSS master.
     Lss,
+    /// Somebody on this machine.
+    Local,
 }
 
 impl Storage {
@@ -131,8 +133,11 @@ impl Node {
                 self.void_verification();
             }
         }
-        let Client::Sdo(position) = client else {
-            return self.answer_lss(&Slave::stored(outcome.is_ok()));
+        let position = match client {
+            Client::Sdo(position) => position,
+            Client::Lss => return self.answer_lss(&Slave::stored(outcome.is_ok())),
+            // Whoever is on this machine hears of it by the owner of the node.
+            Client::Local => return,
         };
         if let Some(connection) = self.sdo.get_mut(position)
             && let Some(answer) = connection.server.release(outcome)
@@ -142,13 +147,13 @@ impl Node {
         }
     }
 
-    /// Acts on what the client of the SDO server at `position` has written to `address`, after the checks.
-    pub(super) fn note_write(&mut self, position: usize, address: Address, application: &Schema) {
+    /// Acts on what `client` has written to `address`, after the checks.
+    pub(super) fn note_write(&mut self, client: Client, address: Address, application: &Schema) {
         let Some(order) = Order::at(address) else { return self.verify(address, application) };
         if let Ok(slot) = self.communication.find(address) {
             self.communication.set(slot, ON_COMMAND);
         }
-        self.storage.order = Some((order, Client::Sdo(position)));
+        self.storage.order = Some((order, client));
         self.notify(Event::Storage(order));
     }
 

@@ -6,6 +6,6 @@ mod connections;
 mod crc;
 mod server;
 
-pub(crate) use command::ABORT;
-pub(crate) use connections::{Connections, is_cob_id};
+pub(crate) use command::{ABORT, Request};
+pub(crate) use connections::{Connections, FURTHER, is_cob_id};
 pub(crate) use server::Step;

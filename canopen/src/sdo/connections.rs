@@ -9,7 +9,7 @@ use crate::cob_id::{SDO_RECEIVE, SDO_TRANSMIT};
 use crate::{CobId, Frame, Id};
 
 /// The records of the further servers; the one before them describes the default server.
-const FURTHER: core::ops::RangeInclusive<u16> = 0x1201..=0x127F;
+pub(crate) const FURTHER: core::ops::RangeInclusive<u16> = 0x1201..=0x127F;
 /// Sub-index of the COB-ID from client to server.
 const REQUEST: u8 = 1;
 /// Sub-index of the COB-ID from server to client.

@@ -12,6 +12,7 @@
 //! * A frame that one of our nodes sends reaches our other nodes on that link as on a wire, in bus order, because
 //!   the kernel does not hand a socket its own frames.
 
+mod access;
 mod deadlines;
 mod plant;
 mod storage;
@@ -34,6 +35,7 @@ use deadlines::Deadlines;
 use storage::Storing;
 use time::Telling;
 
+pub use access::{LOCAL, WriteRefused};
 pub use storage::{NodeParameters, Parameters};
 
 /// A link by its number in the configuration.

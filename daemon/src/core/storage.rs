@@ -52,6 +52,13 @@ pub(super) struct Storing {
     parameters: Parameters,
 }
 
+impl Unit {
+    /// Whether an order of its node at this position is under way.
+    pub(super) fn is_storing_for(&self, node: usize) -> bool {
+        self.storing.as_ref().is_some_and(|storing| storing.member == Some(self.members.start + node))
+    }
+}
+
 /// "Loss of parameters" (IEC 61800-7-201, error codes of 0x603F).
 const PARAMETERS_LOST: u16 = 0x6310;
 

@@ -18,6 +18,7 @@ mod core_loop;
 mod demo;
 mod link;
 mod log;
+pub mod motion;
 pub mod objects;
 mod reporter;
 mod run;

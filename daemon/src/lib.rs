@@ -16,6 +16,7 @@ pub mod control;
 pub mod core;
 mod core_loop;
 mod demo;
+pub mod dump;
 mod link;
 mod log;
 pub mod motion;

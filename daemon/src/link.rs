@@ -1,19 +1,29 @@
 //! Links: how the frames of a bus leave the process, and who beside our nodes hears them.
 
+mod gauge;
+mod load;
 mod socketcan;
+mod tap;
 mod wire_format;
 
 use canopen::Frame;
 use od::Instant;
 use tokio::sync::broadcast;
 
+use crate::core::LinkId;
 use crate::socketcand::Passed;
 
+pub(crate) use gauge::{Gauge, measure};
+pub(crate) use load::Load;
 pub(crate) use socketcan::{LONGEST_BLOCK, Patience, Received, SocketCan};
+pub use tap::Tap;
+pub(crate) use tap::{Record, Watch, tap};
 
 /// A bus of this gateway.
 #[derive(Debug)]
 pub(crate) struct Link {
+    /// Its number.
+    pub(crate) id: LinkId,
     /// Name of the bus.
     pub(crate) name: String,
     /// The interface, unless the bus is virtual.
@@ -24,6 +34,10 @@ pub(crate) struct Link {
     pub(crate) received: u64,
     /// Frames of our nodes.
     pub(crate) sent: u64,
+    /// How busy a virtual bus is; an interface has its own gauge.
+    pub(crate) load: Load,
+    /// Who watches it.
+    pub(crate) taps: Vec<Tap>,
 }
 
 impl Link {
@@ -34,20 +48,27 @@ impl Link {
         if let Some(interface) = &mut self.interface {
             interface.queue(frame);
         }
-        self.show(at, sender, frame);
+        self.show(at, sender, frame, sender.is_none());
     }
 
     /// Takes note of a frame from the interface.
     pub(crate) fn receive(&mut self, at: Instant, frame: &Frame) {
         self.received += 1;
-        self.show(at, None, frame);
+        self.show(at, None, frame, false);
     }
 
-    /// Lets the clients hear a frame that is on the bus.
-    fn show(&self, at: Instant, sender: Option<u64>, frame: &Frame) {
+    /// Lets clients and watchers hear a frame that is on the bus.
+    fn show(&mut self, at: Instant, sender: Option<u64>, frame: &Frame, is_ours: bool) {
+        if self.interface.is_none() {
+            self.load.count(at, frame);
+        }
         if let Some(clients) = self.clients.as_ref().filter(|clients| clients.receiver_count() > 0) {
             // Without receivers nobody misses it.
             let _ = clients.send(Passed { at, sender, frame: *frame });
+        }
+        if !self.taps.is_empty() {
+            let link = self.id;
+            self.taps.retain(|tap| tap.put(Record::Frame { at, link, is_ours, frame: *frame }));
         }
     }
 }

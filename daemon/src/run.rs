@@ -24,7 +24,7 @@ use crate::control::{self, ControlSocket, Orders, Reader};
 use crate::core::{Core, LinkId, Plan};
 use crate::core_loop::CoreLoop;
 use crate::demo;
-use crate::link::{Link, SocketCan};
+use crate::link::{Gauge, Link, Load, SocketCan, measure};
 use crate::log;
 use crate::reporter::Reporter;
 use crate::service_manager::ServiceManager;
@@ -93,7 +93,8 @@ fn start(
     let (inbox, orders) = control::orders(alarm.bell());
     let inbox = control.is_some().then_some(inbox);
     let control = control.map(|listener| (listener, reader, orders));
-    let clients = serve_clients(listening, control, &alarm, clock).map_err(other)?;
+    let gauges = if control.is_some() { gauges(&links) } else { Vec::new() };
+    let clients = serve_clients(listening, control, gauges, &alarm, clock).map_err(other)?;
     let devices: Vec<String> = gateway.devices.iter().map(|device| device.name.clone()).collect();
     let dialects = gateway.devices.iter().map(|device| (device.name.clone(), device.profile.dialect));
     let storage = match storage_directory(gateway) {
@@ -195,9 +196,16 @@ fn links(gateway: &Gateway, listening: &[Listening], clock: Clock) -> Vec<Link> 
             config::Link::SocketCan(name) => Some(SocketCan::new(name, clients.is_some(), clock.now())),
         };
         let (name, clients) = (bus.name.clone(), clients.map(|clients| clients.frames.clone()));
-        Link { name, interface, clients, received: 0, sent: 0 }
+        let (id, load, taps) = (LinkId(number as u16), Load::default(), Vec::new());
+        Link { id, name, interface, clients, received: 0, sent: 0, load, taps }
     };
     gateway.buses.iter().enumerate().map(link).collect()
+}
+
+/// The interfaces whose load is measured while there is a control socket to tell it by.
+fn gauges(links: &[Link]) -> Vec<(String, Arc<Gauge>)> {
+    let interfaces = links.iter().filter_map(|link| link.interface.as_ref());
+    interfaces.map(|interface| (interface.interface().to_owned(), Arc::clone(interface.gauge()))).collect()
 }
 
 /// Listens where the configuration says. Without that the default places do, or none: whoever runs a demo may have no
@@ -216,6 +224,7 @@ fn control_socket(gateway: &Gateway) -> Result<Option<(ControlSocket, UnixListen
 fn serve_clients(
     listening: Vec<Listening>,
     control: Option<(UnixListener, Reader, Orders)>,
+    gauges: Vec<(String, Arc<Gauge>)>,
     alarm: &Alarm,
     clock: Clock,
 ) -> io::Result<Option<mpsc::Receiver<Inbound>>> {
@@ -223,6 +232,7 @@ fn serve_clients(
     let clients = (!listening.is_empty()).then_some(clients);
     if clients.is_some() || control.is_some() {
         services::serve(|| {
+            gauges.into_iter().for_each(|(interface, gauge)| measure(interface, gauge));
             socketcand::serve(listening, &to_core, clock)?;
             control.map_or(Ok(()), |(listener, reader, orders)| control::serve(listener, reader, orders))
         })?;

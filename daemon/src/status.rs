@@ -46,6 +46,12 @@ pub struct Bus {
     pub unsent: u64,
     /// Error frames that told no state of the controller.
     pub errors: u64,
+    /// Bits on the bus in the last second, without stuff bits.
+    #[serde(default)]
+    pub bits_per_s: u64,
+    /// Bit rate of the interface, in bit/s, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bit_rate: Option<u32>,
 }
 
 /// A device.

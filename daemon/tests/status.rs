@@ -24,7 +24,12 @@ fn status_of(bench: &Bench) -> Vec<Device> {
 
 /// What `axisctl status` prints of the devices, on a bus where all is well.
 fn shown(bench: &Bench) -> String {
-    let bus = Bus { name: "can0".to_owned(), state: "error active".to_owned(), ..Bus::default() };
+    let bus = Bus {
+        name: "can0".to_owned(),
+        state: "error active".to_owned(),
+        bits_per_s: 12_400,
+        ..Bus::default()
+    };
     text(&Status { buses: vec![bus], devices: status_of(bench), ..Status::default() })
 }
 
@@ -116,12 +121,12 @@ fn the_text_has_a_line_for_every_node_and_says_what_went_wrong() {
     assert_eq!(
         shown(&bench),
         "\
-DEVICE  NODE    NMT              STATE  MODE  POSITION  VELOCITY  ERROR                                BUS STATE
-left    can0/1  OPERATIONAL      -      -            -         -  0x8210 PDO not processed, too short  error active
-right   can0/2  PRE-OPERATIONAL  -      -            -         -  -                                    error active
+DEVICE  NODE    NMT              STATE  MODE  POSITION  VELOCITY  ERROR                                BUS STATE        BUS LOAD
+left    can0/1  OPERATIONAL      -      -            -         -  0x8210 PDO not processed, too short  error active  12.4 kbit/s
+right   can0/2  PRE-OPERATIONAL  -      -            -         -  -                                    error active  12.4 kbit/s
 
-BUS   LINK  STATE         IN  OUT  LOST  UNSENT  ERRORS
-can0        error active   0    0     0       0       0
+BUS   LINK  STATE                LOAD  IN  OUT  LOST  UNSENT  ERRORS
+can0        error active  12.4 kbit/s   0    0     0       0       0
 
 left, node 1 on can0:
   error: 0x8210 PDO not processed, too short

@@ -7,6 +7,7 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::io::{self, IoSlice};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
+use std::sync::Arc;
 
 use ::socketcan::{CanFilter, CanSocket, Socket, SocketOptions};
 use canopen::{BusState, Frame, Id};
@@ -15,6 +16,7 @@ use nix::sys::socket::sockopt::RcvBufForce;
 use nix::sys::socket::{MsgFlags, MultiHeaders, send, sendmmsg, setsockopt};
 use od::Instant;
 
+use super::gauge::Gauge;
 use super::wire_format::{
     self, EXTENDED, EXTENDED_MASK, Message, REMOTE, SIZE, STANDARD_MASK, STATE_CLASSES,
 };
@@ -73,6 +75,9 @@ pub(crate) struct SocketCan {
     waiting: VecDeque<[u8; SIZE]>,
     headers: MultiHeaders<()>,
     hears_all: bool,
+    /// Whether somebody watches the bus, so that every frame is taken.
+    is_watched: bool,
+    gauge: Arc<Gauge>,
     /// What the controller told last.
     state: BusState,
     losses: Losses,
@@ -88,6 +93,8 @@ impl SocketCan {
             waiting: VecDeque::with_capacity(MAX_WAITING),
             headers: MultiHeaders::preallocate(BATCH, None),
             hears_all,
+            is_watched: false,
+            gauge: Arc::default(),
             state: BusState::Active,
             losses: Losses::default(),
         }
@@ -111,6 +118,16 @@ impl SocketCan {
     /// What was lost since the start.
     pub(crate) fn losses(&self) -> Losses {
         self.losses
+    }
+
+    /// Where somebody beside the core writes how busy the bus is.
+    pub(crate) fn gauge(&self) -> &Arc<Gauge> {
+        &self.gauge
+    }
+
+    /// Takes every frame while somebody watches, once [`SocketCan::subscribe`] is called. Whether that is a change.
+    pub(crate) fn set_watched(&mut self, is_watched: bool) -> bool {
+        core::mem::replace(&mut self.is_watched, is_watched) != is_watched
     }
 
     /// When [`SocketCan::open`] (if it is not open) or [`SocketCan::flush`] is to be called next.
@@ -144,7 +161,7 @@ impl SocketCan {
     /// Makes the kernel deliver the frames with these identifiers, or all if they are too many for it.
     pub(crate) fn subscribe(&mut self, ids: impl Iterator<Item = Id>) -> io::Result<()> {
         let Some(socket) = &self.socket else { return Ok(()) };
-        if self.hears_all {
+        if self.hears_all || self.is_watched {
             return socket.set_filter_accept_all();
         }
         // The kernel finds single identifiers of data frames by a table, so remote frames have a filter of their own.

@@ -11,7 +11,8 @@ use crate::reporter::Reporter;
 
 /// Everything, at `now`.
 pub(crate) fn status(now: Instant, core: &Core, links: &[Link], reporter: &Reporter) -> Status {
-    let buses = links.iter().enumerate().map(|(number, link)| bus(number, link, core, reporter)).collect();
+    let buses =
+        links.iter().enumerate().map(|(number, link)| bus(now, number, link, core, reporter)).collect();
     Status {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         uptime_s: now.saturating_since(Instant::ZERO).as_secs(),
@@ -20,14 +21,27 @@ pub(crate) fn status(now: Instant, core: &Core, links: &[Link], reporter: &Repor
     }
 }
 
-fn bus(number: usize, link: &Link, core: &Core, reporter: &Reporter) -> Bus {
+fn bus(now: Instant, number: usize, link: &Link, core: &Core, reporter: &Reporter) -> Bus {
     let dropped = core.dropped_on_wire(LinkId(number as u16));
     let (received, sent) = (link.received, link.sent);
     let name = link.name.clone();
     let Some(interface) = &link.interface else {
-        let (link, state) = ("virtual".to_owned(), "virtual".to_owned());
-        return Bus { name, link, state, received, sent, lost: dropped, unsent: 0, errors: 0 };
+        let (link_text, state) = ("virtual".to_owned(), "virtual".to_owned());
+        let bits_per_s = link.load.bits_per_second(now);
+        return Bus {
+            name,
+            link: link_text,
+            state,
+            received,
+            sent,
+            lost: dropped,
+            unsent: 0,
+            errors: 0,
+            bits_per_s,
+            bit_rate: None,
+        };
     };
+    let (bits_per_s, bit_rate) = interface.gauge().read();
     let losses = interface.losses();
     let state = match interface.fd() {
         Some(_) => interface.state().name().to_owned(),
@@ -42,6 +56,8 @@ fn bus(number: usize, link: &Link, core: &Core, reporter: &Reporter) -> Bus {
         lost: dropped + losses.malformed,
         unsent: losses.unsent,
         errors: losses.errors,
+        bits_per_s,
+        bit_rate,
     }
 }
 

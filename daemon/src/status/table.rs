@@ -29,8 +29,18 @@ pub fn text(status: &Status) -> String {
 }
 
 fn devices(status: &Status) -> String {
-    const HEAD: [&str; 9] =
-        ["DEVICE", "NODE", "NMT", "STATE", "MODE", ">POSITION", ">VELOCITY", "ERROR", "BUS STATE"];
+    const HEAD: [&str; 10] = [
+        "DEVICE",
+        "NODE",
+        "NMT",
+        "STATE",
+        "MODE",
+        ">POSITION",
+        ">VELOCITY",
+        "ERROR",
+        "BUS STATE",
+        ">BUS LOAD",
+    ];
     let mut rows = Vec::new();
     for device in &status.devices {
         for number in 0..device.axes.len().max(device.nodes.len()).max(1) {
@@ -41,7 +51,7 @@ fn devices(status: &Status) -> String {
 }
 
 /// The line of a device that has its axis and its node of this number.
-fn row(device: &Device, number: usize, buses: &[Bus]) -> [String; 9] {
+fn row(device: &Device, number: usize, buses: &[Bus]) -> [String; 10] {
     let none = || "-".to_owned();
     let axis = device.axes.get(number);
     let node = device.nodes.get(number);
@@ -61,6 +71,7 @@ fn row(device: &Device, number: usize, buses: &[Bus]) -> [String; 9] {
         of_axis(|axis| format!("{:.0}/s", axis.velocity_counts_s)),
         error(axis, node).map_or_else(none, shown),
         bus.map_or_else(none, |bus| bus.state.clone()),
+        bus.map_or_else(none, load),
     ]
 }
 
@@ -74,14 +85,22 @@ fn shown(Fault { code, text }: &Fault) -> String {
 }
 
 fn buses(buses: &[Bus]) -> String {
-    const HEAD: [&str; 8] = ["BUS", "LINK", "STATE", ">IN", ">OUT", ">LOST", ">UNSENT", ">ERRORS"];
+    const HEAD: [&str; 9] = ["BUS", "LINK", "STATE", ">LOAD", ">IN", ">OUT", ">LOST", ">UNSENT", ">ERRORS"];
     let row = |bus: &Bus| {
-        let Bus { name, link, state, received, sent, lost, unsent, errors } = bus;
+        let Bus { name, link, state, received, sent, lost, unsent, errors, .. } = bus;
         let [received, sent, lost, unsent, errors] =
             [received, sent, lost, unsent, errors].map(ToString::to_string);
-        [name.clone(), link.clone(), state.clone(), received, sent, lost, unsent, errors]
+        [name.clone(), link.clone(), state.clone(), load(bus), received, sent, lost, unsent, errors]
     };
     table(&HEAD, &buses.iter().map(row).collect::<Vec<_>>())
+}
+
+/// How busy a bus is: in percent of its bit rate where it has one.
+fn load(bus: &Bus) -> String {
+    match bus.bit_rate {
+        Some(bit_rate @ 1..) => format!("{} %", 100 * bus.bits_per_s / u64::from(bit_rate)),
+        Some(0) | None => format!("{:.1} kbit/s", bus.bits_per_s as f64 / 1000.0),
+    }
 }
 
 /// What went wrong at a node; nothing if nothing did.

@@ -3,6 +3,8 @@
 //! One turn: sleep, take what has come, answer it, then do what is due. With a single CAN interface and nothing
 //! due soon it sleeps in the receiving system call itself, so that an answer costs two system calls.
 
+mod errands;
+
 use core::time::Duration;
 use std::io;
 use std::sync::Arc;
@@ -15,7 +17,7 @@ use tokio::sync::mpsc;
 
 use crate::alarm::Alarm;
 use crate::clock::Clock;
-use crate::control::{Inbox, Publisher};
+use crate::control::{Inbox, ObjectTask, Publisher};
 use crate::core::{Core, LinkId};
 use crate::link::{LONGEST_BLOCK, Link, Patience, Received, SocketCan};
 use crate::reporter::Reporter;
@@ -32,8 +34,6 @@ const LONGEST_RAMP: Duration = Duration::from_secs(5);
 const FAREWELL: Duration = Duration::from_millis(100);
 /// Frames of clients that are taken before everything else has its turn again.
 const CLIENT_BATCH: usize = 64;
-/// Orders that are carried out before everything else has its turn again.
-const ORDER_BATCH: usize = 4;
 /// How much later than [`LONGEST_BLOCK`] a deadline must be for a sleep in the receiving system call, whose
 /// time-out is only as fine as the kernel's tick.
 const MARGIN: Duration = Duration::from_millis(50);
@@ -59,6 +59,8 @@ pub(crate) struct CoreLoop {
     pub(crate) publisher: Option<Publisher>,
     /// Where orders come from, if there is a control socket.
     pub(crate) inbox: Option<Inbox>,
+    /// Who waits for parameters of a device to be stored.
+    pub(crate) storing: Vec<(usize, ObjectTask)>,
     pub(crate) turns_without_clock: u32,
 }
 
@@ -104,8 +106,8 @@ impl CoreLoop {
             has_backlog = self.take_from_clients(now);
             self.transmit(now);
             self.do_what_is_due(now);
+            has_backlog |= self.carry_out_errands(now);
             self.serve_storage(now);
-            has_backlog |= self.carry_out_orders(now);
             if self.stop.load(Ordering::Relaxed) {
                 end = Some(self.stop_axes(now, end));
             }
@@ -244,6 +246,7 @@ impl CoreLoop {
     fn try_to_transmit(&mut self, now: Instant) -> bool {
         while let Some(link) = self.core.poll_resubscribed() {
             self.subscribe(now, usize::from(link.0));
+            self.show_nodes(link);
         }
         while let Some((link, frame)) = self.core.poll_transmit() {
             if let Some(link) = self.links.get_mut(usize::from(link.0)) {
@@ -290,24 +293,11 @@ impl CoreLoop {
             }
             let Some(Done { device, outcome }) = self.storage.poll() else { return };
             self.reporter.stored(now, device, outcome.as_ref().err());
-            self.core.stored(now, device, outcome.map_err(|failure| failure.code()));
+            let outcome = outcome.map_err(|failure| failure.code());
+            self.core.stored(now, device, outcome);
+            self.conclude_storing(device, outcome);
             self.transmit(now);
         }
-    }
-
-    /// Does what is ordered by the control socket. Whether there may be more.
-    fn carry_out_orders(&mut self, now: Instant) -> bool {
-        for _ in 0..ORDER_BATCH {
-            let Self { inbox: Some(inbox), core, reporter, .. } = self else { return false };
-            let Some(errand) = inbox.poll() else { return false };
-            let outcome = errand.order.carry_out(now, core, reporter.devices());
-            if let (Ok(_), Some((device, change))) = (&outcome, errand.order.change()) {
-                reporter.ordered(now, device, &change);
-            }
-            errand.conclude(outcome);
-            self.transmit(now);
-        }
-        true
     }
 
     /// Gives the status to whoever wants it.

@@ -20,7 +20,7 @@ use crate::alarm::Alarm;
 use crate::cli::Failure;
 use crate::clock::Clock;
 use crate::commands;
-use crate::control::{self, ControlSocket, Orders, Reader};
+use crate::control::{self, ControlSocket};
 use crate::core::{Core, LinkId, Plan};
 use crate::core_loop::CoreLoop;
 use crate::demo;
@@ -92,7 +92,7 @@ fn start(
     let publisher = control.is_some().then_some(publisher);
     let (inbox, orders) = control::orders(alarm.bell());
     let inbox = control.is_some().then_some(inbox);
-    let control = control.map(|listener| (listener, reader, orders));
+    let control = control.map(|listener| (listener, control::ToCore { reader, orders, clock }));
     let gauges = if control.is_some() { gauges(&links) } else { Vec::new() };
     let clients = serve_clients(listening, control, gauges, &alarm, clock).map_err(other)?;
     let devices: Vec<String> = gateway.devices.iter().map(|device| device.name.clone()).collect();
@@ -114,6 +114,7 @@ fn start(
         storage,
         publisher,
         inbox,
+        storing: Vec::new(),
         turns_without_clock: 0,
     })
 }
@@ -223,7 +224,7 @@ fn control_socket(gateway: &Gateway) -> Result<Option<(ControlSocket, UnixListen
 /// Serves the clients of the socketcand ports and of the control socket; what the former send comes out.
 fn serve_clients(
     listening: Vec<Listening>,
-    control: Option<(UnixListener, Reader, Orders)>,
+    control: Option<(UnixListener, control::ToCore)>,
     gauges: Vec<(String, Arc<Gauge>)>,
     alarm: &Alarm,
     clock: Clock,
@@ -234,7 +235,7 @@ fn serve_clients(
         services::serve(|| {
             gauges.into_iter().for_each(|(interface, gauge)| measure(interface, gauge));
             socketcand::serve(listening, &to_core, clock)?;
-            control.map_or(Ok(()), |(listener, reader, orders)| control::serve(listener, reader, orders))
+            control.map_or(Ok(()), |(listener, to_core)| control::serve(listener, to_core))
         })?;
     }
     Ok(clients)

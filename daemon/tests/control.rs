@@ -11,8 +11,10 @@ use std::thread;
 use std::time::Duration;
 
 use daemon::alarm::Alarm;
+use daemon::clock::Clock;
 use daemon::control::{
-    AxisFaults, ControlSocket, Errand, Inbox, Order, Publisher, Response, board, orders, serve,
+    AxisFaults, ControlSocket, Errand, Inbox, Order, Outcome, Publisher, Response, Task, ToCore, board,
+    orders, serve,
 };
 use daemon::services;
 use daemon::status::Status;
@@ -64,7 +66,8 @@ impl Server {
         let (publisher, reader) = board(alarm.bell());
         let (inbox, orders) = orders(alarm.bell());
         let (socket, listener) = ControlSocket::bind(&directory.socket()).unwrap();
-        services::serve(|| serve(listener, reader, orders)).unwrap();
+        let to_core = ToCore { reader, orders, clock: Clock::start() };
+        services::serve(|| serve(listener, to_core)).unwrap();
         Self { directory, publisher, inbox, _socket: socket, _alarm: alarm }
     }
 
@@ -72,13 +75,21 @@ impl Server {
         Client::connect(&self.directory.socket())
     }
 
-    /// The next order that reaches the core.
-    fn order(&mut self) -> Errand {
+    /// The next errand that reaches the core.
+    fn errand(&mut self) -> Errand {
         loop {
             match self.inbox.poll() {
                 Some(errand) => return errand,
                 None => thread::yield_now(),
             }
+        }
+    }
+
+    /// The next order that reaches the core and concerns faults.
+    fn order(&mut self) -> Task<Order, Outcome> {
+        match self.errand() {
+            Errand::Faults(task) => task,
+            other => panic!("{other:?}"),
         }
     }
 
@@ -243,7 +254,7 @@ fn an_order_that_finds_no_place_or_no_core_is_refused_at_once() {
     let alarm = Alarm::new().unwrap();
     let (inbox, orders) = orders(alarm.bell());
     let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build();
-    let list = || orders.place(Order::List { device: None });
+    let list = || orders.place(Errand::Faults, Order::List { device: None });
     runtime.unwrap().block_on(async {
         // A core that does nothing for too long: each of these gives up, but its order stays.
         for _ in 0..16 {

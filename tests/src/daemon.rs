@@ -156,7 +156,15 @@ pub fn axisd(arguments: &[&str]) -> Output {
 /// Runs `axisctl` with these arguments to its end.
 #[must_use]
 pub fn axisctl(arguments: &[&str]) -> Output {
-    Command::new(binary().with_file_name("axisctl")).args(arguments).output().expect("run axisctl")
+    axisctl_command(arguments).output().expect("run axisctl")
+}
+
+/// `axisctl` with these arguments, not yet run.
+#[must_use]
+pub fn axisctl_command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(binary().with_file_name("axisctl"));
+    command.args(arguments);
+    command
 }
 
 /// A configuration: one bus `can0` and, on it, devices given as name, profile and node-ID.

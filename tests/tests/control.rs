@@ -40,8 +40,8 @@ fn axisctl_shows_devices_and_buses_and_says_what_went_wrong() {
 
     let text = status(&socket, &[]);
 
-    assert!(has_line(&text, "x-axis     can0/1  OPERATIONAL      SWITCH ON DISABLED", "virtual"), "{text}");
-    assert!(has_line(&text, "reference  can0/2  PRE-OPERATIONAL", "virtual"), "{text}");
+    assert!(has_line(&text, "x-axis     can0/1  OPERATIONAL      SWITCH ON DISABLED", "kbit/s"), "{text}");
+    assert!(has_line(&text, "reference  can0/2  PRE-OPERATIONAL", "kbit/s"), "{text}");
     assert!(has_line(&text, "can0  virtual", ""), "{text}");
     assert!(has_line(&text, "error: 0x8210", "PDO not processed, too short"), "{text}");
     assert!(has_line(&text, "EMCY sent: 1", ""), "{text}");

@@ -111,7 +111,7 @@ pub fn text(axes: &[AxisFaults]) -> String {
     table(&["DEVICE", ">AXIS", "FAULTS"], &rows)
 }
 
-fn find(device: &str, names: &[&str]) -> Result<usize, String> {
+pub(crate) fn find(device: &str, names: &[&str]) -> Result<usize, String> {
     let known = || names.join(", ");
     let found = names.iter().position(|name| *name == device);
     found.ok_or_else(|| format!("no device `{device}`; there are: {}", known()))

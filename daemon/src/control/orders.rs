@@ -9,7 +9,7 @@ use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, oneshot};
 use tokio::time::timeout;
 
-use super::faults::{Order, Outcome};
+use super::errand::Errand;
 use crate::alarm::Bell;
 
 /// Orders that may wait.
@@ -23,10 +23,10 @@ pub struct Inbox(mpsc::Receiver<Errand>);
 
 /// An order whose outcome somebody waits for.
 #[derive(Debug)]
-pub struct Errand {
+pub struct Task<O, T> {
     /// What is to be done.
-    pub order: Order,
-    outcome: oneshot::Sender<Outcome>,
+    pub order: O,
+    outcome: oneshot::Sender<T>,
 }
 
 /// The end of whoever orders.
@@ -51,29 +51,29 @@ impl Inbox {
     }
 }
 
-impl Errand {
+impl<O, T> Task<O, T> {
     /// Tells what came of it.
-    pub fn conclude(self, outcome: Outcome) {
+    pub fn conclude(self, outcome: T) {
         // Whoever has left does not want to know.
         let _ = self.outcome.send(outcome);
     }
 }
 
 impl Orders {
-    /// What comes of `order`.
+    /// What comes of `order`, which is of the given kind.
     ///
     /// # Errors
-    /// What is wrong with the order, too many wait, or the core does not answer; what has no answer may be done later.
-    pub async fn place(&self, order: Order) -> Outcome {
+    /// Too many wait, or the core does not answer; what has no answer may be done later.
+    pub async fn place<O, T>(&self, kind: fn(Task<O, T>) -> Errand, order: O) -> Result<T, String> {
         let (outcome, answer) = oneshot::channel();
         let no_answer = || Err("the core does not answer".to_owned());
-        match self.errands.try_send(Errand { order, outcome }) {
+        match self.errands.try_send(kind(Task { order, outcome })) {
             Ok(()) => self.bell.ring(),
             Err(TrySendError::Full(_)) => return Err("too many orders wait".to_owned()),
             Err(TrySendError::Closed(_)) => return no_answer(),
         }
         match timeout(PATIENCE, answer).await {
-            Ok(Ok(outcome)) => outcome,
+            Ok(Ok(outcome)) => Ok(outcome),
             Ok(Err(_)) | Err(_) => no_answer(),
         }
     }

@@ -10,7 +10,11 @@ use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::Semaphore;
 use tokio::time::{sleep, timeout};
 
-use super::{Order, Orders, Reader, Request, Response};
+use super::errand::{Errand, NmtOrder, Target};
+use super::objects::Objects;
+use super::request::{NMT_COMMANDS, PROTOCOL, Version};
+use super::{Order, Orders, Reader, Request, Response, motion, traffic};
+use crate::clock::Clock;
 
 /// Clients at the same time.
 const MAX_CLIENTS: usize = 16;
@@ -23,17 +27,21 @@ const LONGEST_SILENCE: Duration = Duration::from_secs(60);
 
 /// What there is between a client and the core.
 #[derive(Clone, Debug)]
-struct ToCore {
-    reader: Reader,
-    orders: Orders,
+pub struct ToCore {
+    /// The status.
+    pub reader: Reader,
+    /// Orders.
+    pub orders: Orders,
+    /// The clock of the core.
+    pub clock: Clock,
 }
 
 /// Answers whoever connects to `listener`, in the runtime that this is called in.
 ///
 /// # Errors
 /// The runtime does not take the socket.
-pub fn serve(listener: net::UnixListener, reader: Reader, orders: Orders) -> io::Result<()> {
-    tokio::spawn(accept(UnixListener::from_std(listener)?, ToCore { reader, orders }));
+pub fn serve(listener: net::UnixListener, to_core: ToCore) -> io::Result<()> {
+    tokio::spawn(accept(UnixListener::from_std(listener)?, to_core));
     Ok(())
 }
 
@@ -74,40 +82,94 @@ async fn talk(stream: UnixStream, mut to_core: ToCore) -> io::Result<()> {
                 let response = Response::Error(format!("a request has at most {LONGEST} bytes"));
                 return say(stream.get_mut(), &response).await;
             }
-            request => {
-                let response = answer(request, &mut to_core).await;
-                say(stream.get_mut(), &response).await?;
-            }
+            request => serve_request(&mut stream, &mut to_core, request).await?,
         }
     }
 }
 
-async fn answer(request: &[u8], ToCore { reader, orders }: &mut ToCore) -> Response {
-    let order = match serde_json::from_slice(request) {
-        Ok(Request::Status {}) => {
-            let status = reader.read().await;
-            return status.map_or_else(|| error("the core does not answer"), Response::Status);
+/// Answers a request: by one line, or by many as long as something goes on.
+async fn serve_request(
+    stream: &mut BufReader<UnixStream>,
+    to_core: &mut ToCore,
+    request: &[u8],
+) -> io::Result<()> {
+    let response = match serde_json::from_slice(request) {
+        Err(wrong) => error(format!("not understood: {wrong}")),
+        Ok(Request::Dump { bus }) => return traffic::serve(stream, to_core, bus).await,
+        Ok(
+            request @ (Request::Move { .. }
+            | Request::Jog { .. }
+            | Request::Home { .. }
+            | Request::Stop { .. }),
+        ) => return motion::serve(stream, to_core, request).await,
+        Ok(request) => answer(request, to_core).await.unwrap_or_else(error),
+    };
+    say(stream.get_mut(), &response).await
+}
+
+async fn answer(request: Request, ToCore { reader, orders, .. }: &mut ToCore) -> Result<Response, String> {
+    let order = match request {
+        Request::Version {} => {
+            let daemon = env!("CARGO_PKG_VERSION").to_owned();
+            return Ok(Response::Version(Version { protocol: PROTOCOL, daemon }));
         }
-        Ok(Request::FaultInject { device, axis, fault }) => {
+        Request::Status {} => {
+            let status = reader.read().await;
+            return status.map(Response::Status).ok_or_else(|| "the core does not answer".to_owned());
+        }
+        Request::OdList { device, bus, filter } => {
+            return Objects::of(orders, device, bus.as_deref()).await?.list(filter.as_deref()).await;
+        }
+        Request::OdRead { device, object, bus } => {
+            return Objects::of(orders, device, bus.as_deref()).await?.read(&object).await;
+        }
+        Request::OdWrite { device, object, value, bus } => {
+            return Objects::of(orders, device, bus.as_deref()).await?.write(&object, &value).await;
+        }
+        Request::Nmt { target, command, bus } => {
+            let order = nmt(&target, &command, bus)?;
+            return orders.place(Errand::Nmt, order).await?.map(Response::Commanded);
+        }
+        Request::FaultInject { device, axis, fault } => {
             fault.parse().map(|fault| Order::Inject { device, axis, fault })
         }
-        Ok(Request::FaultClear { device, axis, fault }) => {
+        Request::FaultClear { device, axis, fault } => {
             fault.parse().map(|repair| Order::Repair { device, axis, repair })
         }
-        Ok(Request::FaultList { device }) => Ok(Order::List { device }),
-        Err(wrong) => return error(format!("not understood: {wrong}")),
+        Request::FaultList { device } => Ok(Order::List { device }),
+        // They have answers of many lines.
+        Request::Move { .. }
+        | Request::Jog { .. }
+        | Request::Home { .. }
+        | Request::Stop { .. }
+        | Request::Dump { .. } => return Err("that goes on for a while".to_owned()),
     };
-    match order {
-        Ok(order) => orders.place(order).await.map_or_else(error, Response::Faults),
-        Err(unknown) => error(unknown.to_string()),
-    }
+    let order = order.map_err(|unknown| unknown.to_string())?;
+    orders.place(Errand::Faults, order).await?.map(Response::Faults)
+}
+
+/// An NMT command in words: the target is a Node-ID, `all` or the name of a device.
+fn nmt(target: &str, command: &str, bus: Option<String>) -> Result<NmtOrder, String> {
+    const HIGHEST_NODE_ID: u8 = 127;
+    let found = NMT_COMMANDS.into_iter().find(|(word, _)| *word == command);
+    let (_, command) = found.ok_or_else(|| {
+        let known = NMT_COMMANDS.map(|(word, _)| word).join(", ");
+        format!("unknown NMT command `{command}`; known: {known}")
+    })?;
+    let target = match (target, target.parse::<u8>()) {
+        ("all", _) => Target::Node(0),
+        (_, Ok(node_id @ 1..=HIGHEST_NODE_ID)) => Target::Node(node_id),
+        (_, Ok(node_id)) => return Err(format!("Node-ID {node_id} is not in 1..{HIGHEST_NODE_ID}")),
+        (device, Err(_)) => Target::Device(device.to_owned()),
+    };
+    Ok(NmtOrder { target, bus, command })
 }
 
 fn error(text: impl Into<String>) -> Response {
     Response::Error(text.into())
 }
 
-async fn say(stream: &mut UnixStream, response: &Response) -> io::Result<()> {
+pub(super) async fn say(stream: &mut UnixStream, response: &Response) -> io::Result<()> {
     let mut line = serde_json::to_vec(response)?;
     line.push(b'\n');
     timeout(PATIENCE, stream.write_all(&line)).await?

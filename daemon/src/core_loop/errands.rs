@@ -1,0 +1,218 @@
+//! What the core loop does for the control socket.
+
+use canopen::{Frame, Id};
+use od::{AbortCode, Address, Instant};
+
+use super::{CoreLoop, link_id};
+use crate::control::{
+    Commanded, Described, Errand, Inbox, NmtOrder, ObjectError, ObjectTask, Target, Watched, find_device,
+};
+use crate::core::{LinkId, WriteRefused};
+use crate::dump::Known;
+use crate::link::{Link, Record, Tap};
+
+/// Errands that are done before everything else has its turn again.
+const BATCH: usize = 4;
+/// Watchers that a bus may have.
+const MAX_TAPS: usize = 4;
+/// The sender of frames that are sent for the control socket; clients of socketcand have numbers from 1.
+const OPERATOR: u64 = 0;
+/// The identifier of NMT commands.
+const NMT: Id = Id::Standard(0x000);
+
+impl CoreLoop {
+    /// Does what is ordered by the control socket. Whether there may be more.
+    pub(super) fn carry_out_errands(&mut self, now: Instant) -> bool {
+        for _ in 0..BATCH {
+            let Some(errand) = self.inbox.as_mut().and_then(Inbox::poll) else { return false };
+            self.carry_out(now, errand);
+            self.transmit(now);
+        }
+        true
+    }
+
+    fn carry_out(&mut self, now: Instant, errand: Errand) {
+        match errand {
+            Errand::Faults(task) => {
+                let outcome = task.order.carry_out(now, &mut self.core, self.reporter.devices());
+                if let (Ok(_), Some((device, change))) = (&outcome, task.order.change()) {
+                    self.reporter.ordered(now, device, &change);
+                }
+                task.conclude(outcome);
+            }
+            Errand::Describe(task) => {
+                let described = self.describe(task.order.as_deref());
+                task.conclude(described);
+            }
+            Errand::Objects(task) => self.access(now, task),
+            Errand::Nmt(task) => {
+                let commanded = self.command(now, &task.order);
+                task.conclude(commanded);
+            }
+            Errand::Watch(task) => {
+                let (bus, tap) = &task.order;
+                let watched = self.watch(now, bus.as_deref(), tap);
+                task.conclude(watched);
+            }
+            Errand::Unwatch(task) => {
+                self.unwatch(now);
+                task.conclude(());
+            }
+        }
+    }
+
+    fn describe(&self, name: Option<&str>) -> Result<Vec<Described>, String> {
+        let names: Vec<&str> = self.reporter.devices().collect();
+        let wanted = name.map(|name| find_device(name, &names)).transpose()?;
+        let numbered = names.iter().enumerate();
+        let numbered = numbered.filter(|(number, _)| wanted.is_none_or(|wanted| wanted == *number));
+        let described = |(number, device): (usize, &&str)| {
+            let nodes = self.core.nodes_of(number);
+            let nodes = nodes.map(|(link, node)| (self.bus_name(link).to_owned(), node.node_id())).collect();
+            let profile = self.core.profile(number)?.clone();
+            Some(Described { device: (*device).to_owned(), profile, nodes })
+        };
+        Ok(numbered.filter_map(described).collect())
+    }
+
+    fn bus_name(&self, link: LinkId) -> &str {
+        self.links.get(usize::from(link.0)).map_or("?", |link| link.name.as_str())
+    }
+
+    fn access(&mut self, now: Instant, task: ObjectTask) {
+        let names: Vec<&str> = self.reporter.devices().collect();
+        let device = match find_device(&task.order.device, &names) {
+            Ok(device) => device,
+            Err(unknown) => return task.conclude(Err(ObjectError::Unknown(unknown))),
+        };
+        if !task.order.writes.is_empty() {
+            match self.core.write(now, device, task.order.node, &task.order.writes) {
+                Ok(false) => {}
+                Ok(true) => return self.storing.push((device, task)),
+                Err(refused) => return task.conclude(Err(ObjectError::Refused(refused))),
+            }
+        }
+        let (core, node) = (&self.core, task.order.node);
+        let values = task.order.reads.iter().map(|address| core.read(device, node, *address)).collect();
+        task.conclude(Ok(values));
+    }
+
+    /// Tells whoever ordered to store the parameters of `device` how that went.
+    pub(super) fn conclude_storing(&mut self, device: usize, outcome: Result<(), AbortCode>) {
+        while let Some(position) = self.storing.iter().position(|(storing, _)| *storing == device) {
+            let (_, task) = self.storing.swap_remove(position);
+            let address = task.order.writes.last().map_or(Address::new(0, 0), |(address, _)| *address);
+            let refused = |code| ObjectError::Refused(WriteRefused { address, code });
+            task.conclude(outcome.map(|()| Vec::new()).map_err(refused));
+        }
+    }
+
+    fn command(&mut self, now: Instant, order: &NmtOrder) -> Result<Vec<Commanded>, String> {
+        let targets = self.targets(order)?;
+        let is_closed =
+            |link: &Link| link.interface.as_ref().is_some_and(|interface| interface.fd().is_none());
+        if let Some(closed) = targets.iter().filter_map(|(at, _)| self.links.get(*at)).find(|l| is_closed(l))
+        {
+            return Err(format!("the interface of bus `{}` is not open", closed.name));
+        }
+        let mut commanded = Vec::new();
+        for (position, node_id) in targets {
+            let frame = Frame::new(NMT, &[order.command as u8, node_id]);
+            let Some(link) = self.links.get_mut(position) else { continue };
+            let bus = link.name.clone();
+            link.send(now, Some(OPERATOR), &frame);
+            self.core.handle_frame(now, link_id(position), &frame);
+            let mut own = self.core.network(link_id(position)).map(|(_, node)| node);
+            let state = own.find(|node| node.node_id() == node_id).map(|node| node.state().name().to_owned());
+            commanded.push(Commanded { bus, node_id, state });
+        }
+        Ok(commanded)
+    }
+
+    /// Links, by their positions, and Node-IDs.
+    fn targets(&self, NmtOrder { target, bus, .. }: &NmtOrder) -> Result<Vec<(usize, u8)>, String> {
+        let bus = bus.as_deref().map(|bus| self.find_bus(bus)).transpose()?;
+        match (target, bus) {
+            (Target::Device(device), bus) => {
+                let names: Vec<&str> = self.reporter.devices().collect();
+                let nodes = self.core.nodes_of(find_device(device, &names)?);
+                let nodes = nodes.map(|(link, node)| (usize::from(link.0), node.node_id()));
+                let nodes: Vec<_> = nodes.filter(|(link, _)| bus.is_none_or(|bus| bus == *link)).collect();
+                if nodes.is_empty() { Err(format!("device `{device}` has no node there")) } else { Ok(nodes) }
+            }
+            (Target::Node(node_id), Some(bus)) => Ok(vec![(bus, *node_id)]),
+            (Target::Node(node_id), None) if self.links.len() == 1 => Ok(vec![(0, *node_id)]),
+            (Target::Node(_), None) => Err(format!("say on which bus: {}", self.bus_names())),
+        }
+    }
+
+    fn find_bus(&self, name: &str) -> Result<usize, String> {
+        let found = self.links.iter().position(|link| link.name == name);
+        found.ok_or_else(|| format!("no bus `{name}`; there are: {}", self.bus_names()))
+    }
+
+    fn bus_names(&self) -> String {
+        self.links.iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(", ")
+    }
+
+    fn watch(&mut self, now: Instant, bus: Option<&str>, tap: &Tap) -> Result<Vec<Watched>, String> {
+        let wanted = bus.map(|bus| self.find_bus(bus)).transpose()?;
+        let numbered = self.links.iter().enumerate();
+        let numbered = numbered.filter(|(position, _)| wanted.is_none_or(|wanted| wanted == *position));
+        let (positions, links): (Vec<usize>, Vec<&Link>) = numbered.unzip();
+        if links.iter().any(|link| link.taps.len() >= MAX_TAPS) {
+            return Err("too many watch this bus".to_owned());
+        }
+        let mut watched = Vec::new();
+        for position in positions {
+            let nodes = self.known(link_id(position));
+            let Some(link) = self.links.get_mut(position) else { continue };
+            link.taps.push(tap.clone());
+            watched.push(Watched { link: link_id(position), name: link.name.clone(), nodes });
+            self.set_watched(now, position, true);
+        }
+        Ok(watched)
+    }
+
+    /// Forgets those who watch no more.
+    fn unwatch(&mut self, now: Instant) {
+        for position in 0..self.links.len() {
+            let Some(link) = self.links.get_mut(position) else { continue };
+            link.taps.retain(Tap::is_watched);
+            if link.taps.is_empty() {
+                self.set_watched(now, position, false);
+            }
+        }
+    }
+
+    /// Lets the kernel deliver every frame of an interface, or only what our nodes listen to.
+    fn set_watched(&mut self, now: Instant, position: usize, is_watched: bool) {
+        let interface = self.links.get_mut(position).and_then(|link| link.interface.as_mut());
+        if interface.is_some_and(|interface| interface.set_watched(is_watched)) {
+            self.subscribe(now, position);
+        }
+    }
+
+    /// Tells those who watch `link` what our nodes are there now.
+    pub(super) fn show_nodes(&mut self, link: LinkId) {
+        let position = usize::from(link.0);
+        if self.links.get(position).is_none_or(|link| link.taps.is_empty()) {
+            return;
+        }
+        let nodes = self.known(link);
+        if let Some(known) = self.links.get_mut(position) {
+            known.taps.retain(|tap| tap.put(Record::Nodes(link, nodes.clone())));
+        }
+    }
+
+    fn known(&self, link: LinkId) -> Vec<Known> {
+        let names: Vec<&str> = self.reporter.devices().collect();
+        let known = |(device, node): (usize, &canopen::Node)| {
+            let profile = self.core.profile(device)?.clone();
+            let device = names.get(device).copied().unwrap_or("?").to_owned();
+            let (node_id, communication) = (node.node_id(), node.communication().clone());
+            Some(Known { node_id, device, profile, communication })
+        };
+        self.core.network(link).filter_map(known).collect()
+    }
+}

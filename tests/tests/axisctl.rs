@@ -1,0 +1,267 @@
+//! Every verb of `axisctl` against a running daemon, and that no axis outlives its operator.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use tests::{Daemon, TempDir, axisctl, axisctl_command, free_port};
+
+const PATIENCE: Duration = Duration::from_secs(30);
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The demo with a socket and a store of its own, and where the socket is.
+fn demo(dir: &TempDir) -> (Daemon, String) {
+    let socket = dir.path().join("control.sock").display().to_string();
+    let store = dir.path().join("store").display().to_string();
+    let text = fs::read_to_string(root().join("config/examples/demo.toml")).unwrap();
+    let text = text.replace("127.0.0.1:29536\"\n\n", &format!("127.0.0.1:{}\"\n\n", free_port()));
+    let daemon = Daemon::start(&format!(
+        "[control]\nsocket = \"{socket}\"\n\n[storage]\npath = \"{store}\"\n\n{text}"
+    ));
+    (daemon, socket)
+}
+
+/// What a command prints: standard output, and what the program itself says on standard error.
+fn said(output: &Output) -> String {
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    let own = errors.lines().filter(|line| line.starts_with("axisctl: ")).map(|line| format!("{line}\n"));
+    String::from_utf8_lossy(&output.stdout).into_owned() + &own.collect::<String>()
+}
+
+/// A text without its numbers and its widths.
+fn shape(text: &str) -> String {
+    let mut shape = String::new();
+    for word in text.split_whitespace() {
+        let mut is_number = false;
+        for c in word.chars() {
+            match (c.is_ascii_digit() || (is_number && c == '.'), is_number) {
+                (true, true) => {}
+                (true, false) => {
+                    if shape.ends_with('-') {
+                        shape.pop();
+                    }
+                    shape.push('#');
+                }
+                (false, _) => shape.push(c),
+            }
+            is_number = c.is_ascii_digit() || (is_number && c == '.');
+        }
+        shape.push(' ');
+    }
+    shape
+}
+
+/// The words of a command line, with double quotes around those that have spaces.
+fn words(line: &str) -> Vec<String> {
+    let parts = line.split('"').enumerate();
+    parts
+        .flat_map(|(number, part)| match number % 2 {
+            0 => part.split_whitespace().map(str::to_owned).collect(),
+            _ => vec![part.to_owned()],
+        })
+        .collect()
+}
+
+/// Runs the commands of a document one after the other.
+struct Session {
+    socket: String,
+    background: Option<Child>,
+}
+
+impl Session {
+    /// What the command `line` prints.
+    fn run(&mut self, line: &str) -> String {
+        if line == "wait" {
+            return said(&self.background.take().expect("something runs").wait_with_output().unwrap());
+        }
+        let (line, in_background) = line.strip_suffix(" &").map_or((line, false), |line| (line, true));
+        let words = words(line);
+        assert_eq!(words[0], "axisctl", "{line}");
+        let mut command = axisctl_command(&["--socket", &self.socket]);
+        command.args(&words[1..]).current_dir(root());
+        if in_background {
+            let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+            self.background = Some(child);
+            self.await_watcher();
+            return String::new();
+        }
+        let output = command.output().unwrap();
+        let text = said(&output);
+        assert_eq!(output.status.success(), !text.starts_with("axisctl: "), "{line}: {text}");
+        text
+    }
+
+    /// Waits until the watcher in the background is served: one more client can then see it in what it is shown.
+    fn await_watcher(&self) {
+        let child = self.background.as_ref().expect("something runs");
+        let fd = format!("/proc/{}/fd", child.id());
+        let deadline = Instant::now() + PATIENCE;
+        let is_connected = || {
+            fs::read_dir(&fd).is_ok_and(|fds| {
+                let links = fds.filter_map(|entry| fs::read_link(entry.ok()?.path()).ok());
+                links.filter(|link| link.to_string_lossy().starts_with("socket:")).count() > 0
+            })
+        };
+        while !is_connected() {
+            assert!(Instant::now() < deadline, "it does not connect");
+            thread::sleep(Duration::from_millis(5));
+        }
+        // It has asked before anybody who asks now: errands are done in their order.
+        let output = axisctl(&["--socket", &self.socket, "od", "read", "axis1", "6041"]);
+        assert!(output.status.success());
+    }
+}
+
+/// Every command of the documented session, and what it is said to print. `UPDATE_DOCS=1` writes down what it prints now.
+#[test]
+fn every_documented_command_does_what_the_document_says() {
+    let path = root().join("docs/axisctl.md");
+    let document = fs::read_to_string(&path).unwrap();
+    let dir = TempDir::new();
+    let (_daemon, socket) = demo(&dir);
+    let mut session = Session { socket, background: None };
+    let (mut renewed, mut verbs) = (String::new(), Vec::new());
+    for (number, part) in document.split("```").enumerate() {
+        let is_session = number % 2 == 1 && part.starts_with("console\n");
+        if !is_session {
+            renewed += &format!("{}{part}", if number == 0 { "" } else { "```" });
+            continue;
+        }
+        renewed += "```console\n";
+        for block in part.trim_start_matches("console\n").split("$ ").skip(1) {
+            let (command, documented) = block.split_once('\n').expect("a command has its line");
+            let printed = session.run(command);
+            verbs.extend(words(command).get(1).cloned());
+            renewed += &format!("$ {command}\n{printed}");
+            if std::env::var_os("UPDATE_DOCS").is_none() {
+                assert_eq!(shape(&printed), shape(documented), "$ {command}\n{printed}");
+            }
+        }
+    }
+    for verb in ["status", "watch", "od", "move", "jog", "home", "stop", "nmt", "dump", "fault", "version"] {
+        assert!(verbs.iter().any(|known| known == verb), "{verb} is not documented");
+    }
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        fs::write(&path, renewed).unwrap();
+    }
+}
+
+/// The actual position of `axis1`.
+fn position(socket: &str) -> i64 {
+    let output = axisctl(&["--socket", socket, "od", "read", "axis1", "6064", "--json"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let value = text.split("\"value\":").nth(1).unwrap_or_else(|| panic!("{text}"));
+    value.split([',', '}']).next().unwrap().parse().unwrap()
+}
+
+/// Waits until the axis is not where it was, or is.
+fn wait_until(socket: &str, is_moving: bool) {
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        let before = position(socket);
+        thread::sleep(Duration::from_millis(200));
+        let distance = (position(socket) - before).abs();
+        if (distance > 50) == is_moving {
+            return;
+        }
+        assert!(Instant::now() < deadline, "is_moving: {is_moving}, {distance}");
+    }
+}
+
+/// A jog of `axis1` that runs.
+fn jog(socket: &str) -> Child {
+    let mut command =
+        axisctl_command(&["--socket", socket, "jog", "axis1", "5000", "--acceleration", "50000"]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    wait_until(socket, true);
+    child
+}
+
+fn signal(child: &Child, signal: Signal) {
+    kill(Pid::from_raw(child.id() as i32), signal).unwrap();
+}
+
+#[test]
+fn a_jog_ends_with_its_operator_however_that_ends() {
+    let dir = TempDir::new();
+    let (_daemon, socket) = demo(&dir);
+
+    let interrupted = jog(&socket);
+    signal(&interrupted, Signal::SIGINT);
+    let output = interrupted.wait_with_output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    assert!(said(&output).starts_with("axis1, axis 1: stopped, OPERATION ENABLED; position "), "{output:?}");
+    wait_until(&socket, false);
+
+    let mut killed = jog(&socket);
+    signal(&killed, Signal::SIGKILL);
+    killed.wait().unwrap();
+    wait_until(&socket, false);
+
+    // One that is there and does nothing is as good as none.
+    let mut stopped = jog(&socket);
+    signal(&stopped, Signal::SIGSTOP);
+    wait_until(&socket, false);
+    signal(&stopped, Signal::SIGKILL);
+    stopped.wait().unwrap();
+}
+
+#[test]
+fn a_move_that_is_interrupted_halts_and_fails() {
+    let dir = TempDir::new();
+    let (_daemon, socket) = demo(&dir);
+    let mut command =
+        axisctl_command(&["--socket", &socket, "--json", "move", "axis1", "10000000", "--velocity", "5000"]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    wait_until(&socket, true);
+    signal(&child, Signal::SIGTERM);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let lines = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        lines.lines().next().unwrap().starts_with("{\"progress\":{\"device\":\"axis1\",\"axis\":1,"),
+        "{lines}"
+    );
+    assert!(lines.lines().last().unwrap().starts_with("{\"error\":\"axis1: interrupted"), "{lines}");
+    wait_until(&socket, false);
+}
+
+#[test]
+fn a_watch_ends_well_when_the_daemon_ends() {
+    let dir = TempDir::new();
+    let (mut daemon, socket) = demo(&dir);
+    let mut command = axisctl_command(&["--socket", &socket, "watch", "--interval", "0.05", "--json"]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    thread::sleep(Duration::from_millis(300));
+    daemon.terminate();
+    daemon.wait_until_stopped();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "axisctl: the daemon has ended\n");
+    let lines = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        lines.lines().count() >= 2 && lines.lines().all(|line| line.starts_with("{\"version\":")),
+        "{lines}"
+    );
+}
+
+#[test]
+fn parameters_are_stored_by_an_operator() {
+    let dir = TempDir::new();
+    let (_daemon, socket) = demo(&dir);
+    let od = |arguments: &[&str]| {
+        let output = axisctl(&[&["--socket", &socket, "od"], arguments].concat());
+        assert!(output.status.success(), "{output:?}");
+    };
+    od(&["write", "axis1", "0x1017", "500"]);
+    od(&["write", "axis1", "1010:1", "save"]);
+    // It is there when the answer is.
+    assert!(fs::read_dir(dir.path().join("store")).unwrap().count() >= 2);
+}

@@ -47,7 +47,7 @@ const BIT_RATES: [Option<u16>; 10] =
 const STANDARD_TABLE: u8 = 0;
 
 /// Vendor-ID, product code, revision number and serial number: 0x1018.
-pub(crate) type LssAddress = [u32; 4];
+pub type LssAddress = [u32; 4];
 
 /// What the slave wants of its node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,23 +63,23 @@ pub(crate) enum Reaction {
 }
 
 /// Command specifiers (CiA 305 v3.0, section 4.3).
-mod command {
-    pub(super) const SWITCH_GLOBAL: u8 = 0x04;
-    pub(super) const CONFIGURE_NODE_ID: u8 = 0x11;
-    pub(super) const CONFIGURE_BIT_TIMING: u8 = 0x13;
-    pub(super) const STORE: u8 = 0x17;
+pub(crate) mod command {
+    pub(crate) const SWITCH_GLOBAL: u8 = 0x04;
+    pub(crate) const CONFIGURE_NODE_ID: u8 = 0x11;
+    pub(crate) const CONFIGURE_BIT_TIMING: u8 = 0x13;
+    pub(crate) const STORE: u8 = 0x17;
     /// To 0x43: one part of the address each.
-    pub(super) const SWITCH_SELECTIVE: u8 = 0x40;
-    pub(super) const SWITCHED: u8 = 0x44;
+    pub(crate) const SWITCH_SELECTIVE: u8 = 0x40;
+    pub(crate) const SWITCHED: u8 = 0x44;
     /// To 0x4B: bounds of the parts of the address.
-    pub(super) const IDENTIFY: u8 = 0x46;
-    pub(super) const IDENTIFY_UNCONFIGURED: u8 = 0x4C;
-    pub(super) const IDENTIFIED: u8 = 0x4F;
-    pub(super) const UNCONFIGURED_IDENTIFIED: u8 = 0x50;
-    pub(super) const FASTSCAN: u8 = 0x51;
+    pub(crate) const IDENTIFY: u8 = 0x46;
+    pub(crate) const IDENTIFY_UNCONFIGURED: u8 = 0x4C;
+    pub(crate) const IDENTIFIED: u8 = 0x4F;
+    pub(crate) const UNCONFIGURED_IDENTIFIED: u8 = 0x50;
+    pub(crate) const FASTSCAN: u8 = 0x51;
     /// To 0x5D: one part of the address each.
-    pub(super) const INQUIRE: u8 = 0x5A;
-    pub(super) const INQUIRE_NODE_ID: u8 = 0x5E;
+    pub(crate) const INQUIRE: u8 = 0x5A;
+    pub(crate) const INQUIRE_NODE_ID: u8 = 0x5E;
 }
 
 /// Error codes of the answers.

@@ -7,6 +7,7 @@ mod motion;
 mod objects;
 mod status;
 
+use core::time::Duration;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -34,12 +35,16 @@ pub fn main() -> ExitCode {
         Command::Home(order) => motion::run(&client, output, &order.into()),
         Command::Stop(order) => motion::run(&client, output, &order.into()),
         Command::Nmt(nmt) => command_nodes(&client, output, nmt),
+        Command::Lss(lss) => show_slave(&client, output, &lss.into()),
         Command::Dump(dump) => dump::run(&client, output, &dump),
         Command::Fault(fault) => show_faults(&client, output, fault),
         Command::Version => show_version(&client, output),
     };
     conclude("axisctl", done)
 }
+
+/// How long an LSS task may take: a scan takes seconds, and a slave has seconds to store.
+const LSS_PATIENCE: Duration = Duration::from_secs(30);
 
 /// For whom the output is.
 #[derive(Clone, Copy, Debug)]
@@ -74,6 +79,13 @@ fn command_nodes(client: &Client, output: Output, Nmt { target, command, bus }: 
     }
 }
 
+fn show_slave(client: &Client, output: Output, request: &Request) -> Result<(), Failure> {
+    match client.connect(request)?.next(LSS_PATIENCE)? {
+        Response::Lss(found) => output.print(&found, status::slave),
+        other => Err(refusal(other)),
+    }
+}
+
 fn show_version(client: &Client, output: Output) -> Result<(), Failure> {
     match client.ask(&Request::Version {})? {
         Response::Version(version) => output.print(&version, |version| {
@@ -94,6 +106,7 @@ fn refusal(response: Response) -> Failure {
         | Response::Progress(_)
         | Response::Done(_)
         | Response::Commanded(_)
+        | Response::Lss(_)
         | Response::Watching(_)
         | Response::Frame(_)
         | Response::Dropped(_) => {

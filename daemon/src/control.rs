@@ -11,6 +11,7 @@
 mod board;
 mod errand;
 mod faults;
+mod lss;
 mod motion;
 mod objects;
 mod orders;
@@ -21,10 +22,11 @@ mod traffic;
 
 pub use board::{Publisher, Reader, board};
 pub use errand::{
-    Commanded, Described, Errand, NmtOrder, ObjectError, ObjectOrder, ObjectTask, Target, Watched,
+    Commanded, Described, Errand, NmtOrder, ObjectError, ObjectOrder, ObjectTask, SendOrder, Target, Watched,
 };
 pub(crate) use faults::find as find_device;
 pub use faults::{AxisFaults, Order, Outcome, text};
+pub use lss::LssResult;
 pub use motion::{Ended, Progress};
 pub use objects::ObjectValue;
 pub use orders::{Inbox, Orders, Task, orders};

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use tests::{Daemon, TempDir, axisctl, axisctl_command, free_port};
+use tests::{Bus, Daemon, TempDir, axisctl, axisctl_command, config, free_port};
 
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -39,23 +39,28 @@ fn said(output: &Output) -> String {
 fn shape(text: &str) -> String {
     let mut shape = String::new();
     for word in text.split_whitespace() {
-        let mut is_number = false;
-        for c in word.chars() {
-            match (c.is_ascii_digit() || (is_number && c == '.'), is_number) {
-                (true, true) => {}
-                (true, false) => {
-                    if shape.ends_with('-') {
-                        shape.pop();
-                    }
-                    shape.push('#');
-                }
-                (false, _) => shape.push(c),
-            }
-            is_number = c.is_ascii_digit() || (is_number && c == '.');
+        let mut rest = word;
+        while let Some(c) = rest.chars().next() {
+            let length = number(rest);
+            shape.push(if length > 0 { '#' } else { c });
+            rest = &rest[length.max(c.len_utf8())..];
         }
         shape.push(' ');
     }
     shape
+}
+
+/// The length of the number that `text` begins with: decimal with sign and point, or hexadecimal.
+fn number(text: &str) -> usize {
+    if let Some(digits) = text.strip_prefix("0x") {
+        return 2 + digits.chars().take_while(char::is_ascii_hexdigit).count();
+    }
+    let unsigned = text.strip_prefix('-').unwrap_or(text);
+    if !unsigned.starts_with(|c: char| c.is_ascii_digit()) {
+        return 0;
+    }
+    let length = unsigned.chars().take_while(|c| c.is_ascii_digit() || *c == '.').count();
+    text.len() - unsigned.len() + length
 }
 
 /// The words of a command line, with double quotes around those that have spaces.
@@ -145,7 +150,9 @@ fn every_documented_command_does_what_the_document_says() {
             }
         }
     }
-    for verb in ["status", "watch", "od", "move", "jog", "home", "stop", "nmt", "dump", "fault", "version"] {
+    for verb in
+        ["status", "watch", "od", "move", "jog", "home", "stop", "nmt", "lss", "dump", "fault", "version"]
+    {
         assert!(verbs.iter().any(|known| known == verb), "{verb} is not documented");
     }
     if std::env::var_os("UPDATE_DOCS").is_some() {
@@ -264,4 +271,29 @@ fn parameters_are_stored_by_an_operator() {
     od(&["write", "axis1", "1010:1", "save"]);
     // It is there when the answer is.
     assert!(fs::read_dir(dir.path().join("store")).unwrap().count() >= 2);
+}
+
+#[test]
+fn slaves_on_a_bus_are_numbered_by_an_operator() {
+    let dir = TempDir::new();
+    let socket = dir.path().join("control.sock").display().to_string();
+    let store = dir.path().join("store").display().to_string();
+    let devices = [("first", "canopen-reference", 255), ("second", "canopen-reference", 255)];
+    let config = config(Bus::Virtual, &devices);
+    let head = format!("[control]\nsocket = \"{socket}\"\n\n[storage]\npath = \"{store}\"\n\n");
+    let _daemon = Daemon::start(&(head + &config));
+    let lss = |arguments: &[&str]| {
+        let output = axisctl(&[&["--socket", &socket, "lss"], arguments].concat());
+        (output.status.code(), said(&output))
+    };
+
+    for node_id in ["10", "11"] {
+        let (code, text) = lss(&["configure", node_id]);
+        assert!(code == Some(0) && text.trim_end().ends_with(node_id), "{text}");
+    }
+
+    assert_eq!(lss(&["scan"]), (Some(1), "axisctl: no slave answers\n".to_owned()));
+    let output = axisctl(&["--socket", &socket, "status"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("can0/10  PRE-OPERATIONAL") && text.contains("can0/11  PRE-OPERATIONAL"), "{text}");
 }

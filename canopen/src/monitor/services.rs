@@ -9,7 +9,7 @@ use crate::communication::{
     COB_ID_EMCY, COB_ID_SYNC, COB_ID_TIME, MAX_PDOS, RPDO_COMMUNICATION, TPDO_COMMUNICATION, cob_id,
 };
 use crate::sdo::FURTHER;
-use crate::{CobId, Id};
+use crate::{CobId, Id, lss};
 
 /// What an identifier is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,9 +56,6 @@ const TPDO: u16 = 0x180;
 const RPDO: u16 = 0x200;
 const PDO_DISTANCE: u16 = 0x100;
 const PREDEFINED_PDOS: u16 = 4;
-/// LSS (CiA 305 v3.0, section 6.1): from the slaves, from the master.
-const LSS_SLAVE: u16 = 0x7E4;
-const LSS_MASTER: u16 = 0x7E5;
 
 /// Whether writing to `index` may change what identifiers are for.
 pub(super) fn is_parameter(index: u16) -> bool {
@@ -73,8 +70,8 @@ pub(super) fn all(nodes: &BTreeMap<u8, Dictionary>) -> BTreeMap<Id, Service> {
         services.entry(id).or_insert(service);
     };
     offer(Id::Standard(NMT), Service::Nmt);
-    offer(Id::Standard(LSS_SLAVE), Service::Lss { is_master: false });
-    offer(Id::Standard(LSS_MASTER), Service::Lss { is_master: true });
+    offer(Id::Standard(lss::ANSWER), Service::Lss { is_master: false });
+    offer(Id::Standard(lss::REQUEST), Service::Lss { is_master: true });
     for node_id in 1..=127 {
         let at = |base: u16| Id::Standard(base + u16::from(node_id));
         offer(at(NMT_ERROR_CONTROL), Service::ErrorControl(node_id));

@@ -57,6 +57,9 @@ pub(super) enum Command {
     Stop(Stop),
     /// Send an NMT command
     Nmt(Nmt),
+    /// Give Node-IDs by LSS
+    #[command(subcommand)]
+    Lss(Lss),
     /// Show CAN traffic in words, live or from a log of candump
     Dump(Dump),
     /// Break and repair the simulated machine behind the axes
@@ -212,6 +215,67 @@ impl NmtWord {
     }
 }
 
+/// How an LSS slave is named.
+const ADDRESS: &str =
+    "Vendor-ID, product code, revision and serial number (0x1018), such as 279:256:0x10003:1";
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Lss {
+    /// Find a slave without a Node-ID by fastscan
+    Scan {
+        /// Bus [default: the only one]
+        #[arg(long)]
+        bus: Option<String>,
+    },
+    /// Ask a slave for its Node-ID
+    Inquire {
+        #[arg(value_name = "ADDRESS", help = ADDRESS)]
+        address: LssAddress,
+        /// Bus [default: the only one]
+        #[arg(long)]
+        bus: Option<String>,
+    },
+    /// Give a slave a Node-ID and let it store that
+    Configure {
+        /// Node-ID from 1 to 127, or 255 to take it away
+        node_id: u8,
+        #[arg(long, value_name = "ADDRESS", help = format!("{ADDRESS} [default: one without a Node-ID, by fastscan]"))]
+        address: Option<LssAddress>,
+        /// Bus [default: the only one]
+        #[arg(long)]
+        bus: Option<String>,
+    },
+}
+
+/// The four numbers that an LSS slave is known by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct LssAddress([u32; 4]);
+
+impl FromStr for LssAddress {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |word: &str| match word.strip_prefix("0x") {
+            Some(digits) => u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+')),
+            None => word.parse().ok(),
+        };
+        let numbers: Option<Vec<u32>> = text.split(':').map(number).collect();
+        let numbers = numbers.and_then(|numbers| <[u32; 4]>::try_from(numbers).ok());
+        numbers.map(Self).ok_or_else(|| "give four numbers with colons between them".to_owned())
+    }
+}
+
+impl From<Lss> for Request {
+    fn from(lss: Lss) -> Self {
+        let (action, address, node_id, bus) = match lss {
+            Lss::Scan { bus } => ("scan", None, None, bus),
+            Lss::Inquire { address, bus } => ("inquire", Some(address), None, bus),
+            Lss::Configure { node_id, address, bus } => ("configure", address, Some(node_id), bus),
+        };
+        Self::Lss { action: action.to_owned(), address: address.map(|address| address.0), node_id, bus }
+    }
+}
+
 #[derive(Args, Debug)]
 pub(super) struct Dump {
     /// Name of the bus [default: all]
@@ -326,6 +390,14 @@ mod tests {
     fn stop_wants_a_device_or_all() {
         assert!(parse("axisctl stop x").is_ok() && parse("axisctl stop --all").is_ok());
         assert!(parse("axisctl stop").is_err() && parse("axisctl stop x --all").is_err());
+    }
+
+    #[test]
+    fn an_lss_address_has_four_numbers() {
+        assert_eq!("279:256:0x10003:1".parse(), Ok(LssAddress([279, 256, 0x1_0003, 1])));
+        for wrong in ["", "1:2:3", "1:2:3:4:5", "1:2:3:x", "1:2:3:-4", "1:2:3:0x100000000", "1:2:3:0x+1"] {
+            assert!(wrong.parse::<LssAddress>().is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! `axisctl status`, `axisctl watch`, and what is shown of NMT.
+//! `axisctl status`, `axisctl watch`, and what is shown of NMT and LSS.
 
 use core::time::Duration;
 use std::io::{self, IsTerminal};
@@ -8,7 +8,7 @@ use super::client::{Client, Heard};
 use super::{Output, json, refusal};
 use crate::cli::Failure;
 use crate::commands::print;
-use crate::control::{Commanded, Request, Response};
+use crate::control::{Commanded, LssResult, Request, Response};
 use crate::status::{self, Status, table};
 
 /// How long the daemon may take.
@@ -78,4 +78,14 @@ pub(super) fn commanded(commanded: &[Commanded]) -> String {
         [bus.clone(), node, state.clone().unwrap_or_else(|| "sent".to_owned())]
     };
     table(&["BUS", ">NODE", "STATE"], &commanded.iter().map(row).collect::<Vec<_>>())
+}
+
+/// An LSS slave, as a table.
+pub(super) fn slave(found: &LssResult) -> String {
+    let LssResult { bus, vendor_id, product_code, revision, serial, node_id } = found;
+    let [vendor_id, product_code, revision, serial] =
+        [vendor_id, product_code, revision, serial].map(|number| format!("0x{number:08X}"));
+    let node_id = node_id.map_or_else(|| "none".to_owned(), |node_id| node_id.to_string());
+    let row = [bus.clone(), vendor_id, product_code, revision, serial, node_id];
+    table(&["BUS", "VENDOR-ID", "PRODUCT", "REVISION", "SERIAL", ">NODE"], &[row])
 }

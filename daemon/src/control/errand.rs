@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use canopen::NmtCommand;
+use canopen::{Frame, NmtCommand};
 use od::{AbortCode, Address, Value};
 use profiles::Profile;
 use serde::{Deserialize, Serialize};
@@ -25,6 +25,8 @@ pub enum Errand {
     Objects(ObjectTask),
     /// Send NMT commands.
     Nmt(Task<NmtOrder, Result<Vec<Commanded>, String>>),
+    /// Send a frame.
+    Send(Task<SendOrder, Result<(), String>>),
     /// Let somebody watch the bus of this name, or all.
     Watch(Task<(Option<String>, Tap), Result<Vec<Watched>, String>>),
     /// Somebody has stopped watching.
@@ -99,6 +101,15 @@ pub struct Commanded {
     /// The state that it led to, if it is one of our nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<String>,
+}
+
+/// A frame that somebody on this machine puts on a bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SendOrder {
+    /// The bus.
+    pub link: LinkId,
+    /// The frame.
+    pub frame: Frame,
 }
 
 /// A bus that is watched.

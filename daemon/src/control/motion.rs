@@ -153,6 +153,7 @@ async fn movers(orders: &Orders, request: Request) -> Result<Vec<Mover>, String>
         | Request::OdRead { .. }
         | Request::OdWrite { .. }
         | Request::Nmt { .. }
+        | Request::Lss { .. }
         | Request::Dump { .. } => return Err("that is no motion".to_owned()),
     };
     let is_stop = goal == Goal::Stop;

@@ -3,7 +3,7 @@
 use canopen::NmtCommand;
 use serde::{Deserialize, Serialize};
 
-use super::{AxisFaults, Commanded, Ended, ObjectValue, Progress, Traffic};
+use super::{AxisFaults, Commanded, Ended, LssResult, ObjectValue, Progress, Traffic};
 use crate::status::Status;
 
 /// Version of the protocol. Requests and fields may come in addition; what changes in another way raises it.
@@ -150,6 +150,20 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         bus: Option<String>,
     },
+    /// Be LSS master for one task: `scan` for a slave without a Node-ID, `inquire` the Node-ID of one, or `configure` it.
+    Lss {
+        /// The task.
+        action: String,
+        /// Vendor-ID, product code, revision number and serial number of the slave; without it, one without a Node-ID.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        address: Option<[u32; 4]>,
+        /// The Node-ID to configure; 255 takes it away.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        node_id: Option<u8>,
+        /// The bus; the only one without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        bus: Option<String>,
+    },
     /// Everything that passes on a bus, in words, until the client leaves or says something.
     Dump {
         /// The bus; all without it.
@@ -176,6 +190,8 @@ pub enum Response {
     Done(Vec<Ended>),
     /// NMT commands that were sent.
     Commanded(Vec<Commanded>),
+    /// The LSS slave that was found.
+    Lss(LssResult),
     /// A bus is watched from now on; frames follow.
     Watching(Vec<String>),
     /// A frame was on a bus.

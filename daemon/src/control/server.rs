@@ -13,7 +13,7 @@ use tokio::time::{sleep, timeout};
 use super::errand::{Errand, NmtOrder, Target};
 use super::objects::Objects;
 use super::request::{NMT_COMMANDS, PROTOCOL, Version};
-use super::{Order, Orders, Reader, Request, Response, motion, traffic};
+use super::{Order, Orders, Reader, Request, Response, lss, motion, traffic};
 use crate::clock::Clock;
 
 /// Clients at the same time.
@@ -107,7 +107,11 @@ async fn serve_request(
     say(stream.get_mut(), &response).await
 }
 
-async fn answer(request: Request, ToCore { reader, orders, .. }: &mut ToCore) -> Result<Response, String> {
+async fn answer(request: Request, to_core: &mut ToCore) -> Result<Response, String> {
+    if let Request::Lss { action, address, node_id, bus } = request {
+        return lss::run(to_core, bus, lss::task(&action, address, node_id)?).await;
+    }
+    let ToCore { reader, orders, .. } = to_core;
     let order = match request {
         Request::Version {} => {
             let daemon = env!("CARGO_PKG_VERSION").to_owned();
@@ -142,6 +146,7 @@ async fn answer(request: Request, ToCore { reader, orders, .. }: &mut ToCore) ->
         | Request::Jog { .. }
         | Request::Home { .. }
         | Request::Stop { .. }
+        | Request::Lss { .. }
         | Request::Dump { .. } => return Err("that goes on for a while".to_owned()),
     };
     let order = order.map_err(|unknown| unknown.to_string())?;

@@ -1,6 +1,6 @@
 //! What the core loop does for the control socket.
 
-use canopen::{Frame, Id};
+use canopen::{Frame, Id, UNCONFIGURED};
 use od::{AbortCode, Address, Instant};
 
 use super::{CoreLoop, link_id};
@@ -48,6 +48,10 @@ impl CoreLoop {
             Errand::Nmt(task) => {
                 let commanded = self.command(now, &task.order);
                 task.conclude(commanded);
+            }
+            Errand::Send(task) => {
+                let sent = self.send(now, task.order.link, &task.order.frame);
+                task.conclude(sent);
             }
             Errand::Watch(task) => {
                 let (bus, tap) = &task.order;
@@ -108,25 +112,26 @@ impl CoreLoop {
     }
 
     fn command(&mut self, now: Instant, order: &NmtOrder) -> Result<Vec<Commanded>, String> {
-        let targets = self.targets(order)?;
-        let is_closed =
-            |link: &Link| link.interface.as_ref().is_some_and(|interface| interface.fd().is_none());
-        if let Some(closed) = targets.iter().filter_map(|(at, _)| self.links.get(*at)).find(|l| is_closed(l))
-        {
-            return Err(format!("the interface of bus `{}` is not open", closed.name));
-        }
         let mut commanded = Vec::new();
-        for (position, node_id) in targets {
-            let frame = Frame::new(NMT, &[order.command as u8, node_id]);
-            let Some(link) = self.links.get_mut(position) else { continue };
-            let bus = link.name.clone();
-            link.send(now, Some(OPERATOR), &frame);
-            self.core.handle_frame(now, link_id(position), &frame);
-            let mut own = self.core.network(link_id(position)).map(|(_, node)| node);
+        for (position, node_id) in self.targets(order)? {
+            let link = link_id(position);
+            self.send(now, link, &Frame::new(NMT, &[order.command as u8, node_id]))?;
+            let mut own = self.core.network(link).map(|(_, node)| node);
             let state = own.find(|node| node.node_id() == node_id).map(|node| node.state().name().to_owned());
-            commanded.push(Commanded { bus, node_id, state });
+            commanded.push(Commanded { bus: self.bus_name(link).to_owned(), node_id, state });
         }
         Ok(commanded)
+    }
+
+    /// Puts a frame on a bus: others there hear it, and so do our nodes.
+    fn send(&mut self, now: Instant, link: LinkId, frame: &Frame) -> Result<(), String> {
+        let known = self.links.get_mut(usize::from(link.0)).ok_or("there is no such bus")?;
+        if known.interface.as_ref().is_some_and(|interface| interface.fd().is_none()) {
+            return Err(format!("the interface of bus `{}` is not open", known.name));
+        }
+        known.send(now, Some(OPERATOR), frame);
+        self.core.handle_frame(now, link, frame);
+        Ok(())
     }
 
     /// Links, by their positions, and Node-IDs.
@@ -137,8 +142,15 @@ impl CoreLoop {
                 let names: Vec<&str> = self.reporter.devices().collect();
                 let nodes = self.core.nodes_of(find_device(device, &names)?);
                 let nodes = nodes.map(|(link, node)| (usize::from(link.0), node.node_id()));
-                let nodes: Vec<_> = nodes.filter(|(link, _)| bus.is_none_or(|bus| bus == *link)).collect();
-                if nodes.is_empty() { Err(format!("device `{device}` has no node there")) } else { Ok(nodes) }
+                let is_meant = |(link, node_id): &(usize, u8)| {
+                    *node_id != UNCONFIGURED && bus.is_none_or(|bus| bus == *link)
+                };
+                let nodes: Vec<_> = nodes.filter(is_meant).collect();
+                if nodes.is_empty() {
+                    Err(format!("device `{device}` has no node with a Node-ID there"))
+                } else {
+                    Ok(nodes)
+                }
             }
             (Target::Node(node_id), Some(bus)) => Ok(vec![(bus, *node_id)]),
             (Target::Node(node_id), None) if self.links.len() == 1 => Ok(vec![(0, *node_id)]),

@@ -114,7 +114,9 @@ pub struct LssMaster {
     task: LssTask,
     phase: Phase,
     address: LssAddress,
-    /// Until when the present question may be answered; `None` if it is still to be put.
+    /// How long the present question may be answered; `None` if it is still to be put.
+    patience: Option<Duration>,
+    /// Until when; `None` until it is sent.
     deadline: Option<Instant>,
     is_answered: bool,
 }
@@ -127,54 +129,56 @@ impl LssMaster {
             LssTask::Configure { address: Some(address), .. } | LssTask::Inquire(address) => address,
             LssTask::Scan | LssTask::Configure { address: None, .. } => [0; 4],
         };
-        Self { task, phase: Phase::Begin, address, deadline: None, is_answered: false }
+        Self { task, phase: Phase::Begin, address, patience: None, deadline: None, is_answered: false }
     }
 
     /// What is to be done at `now`; `answer` is what a slave has said since, if one has (0x7E4, eight bytes).
     pub fn next(&mut self, now: Instant, answer: Option<[u8; 8]>) -> LssStep {
-        let Some(deadline) = self.deadline else { return self.ask(now) };
+        let Some(patience) = self.patience else { return self.ask() };
+        // The time runs from when the question was sent, however long that took.
+        let deadline = *self.deadline.get_or_insert(now + patience);
         if let Some([specifier, first, ..]) = answer {
             match (self.phase, specifier) {
                 (Phase::Probe | Phase::Scan { .. } | Phase::Confirm { .. }, IDENTIFIED) => {
                     self.is_answered = true;
                 }
                 (Phase::Select { part: 3 }, SWITCHED) => {
-                    return self.go_on(now, Phase::after_selection(self.task));
+                    return self.go_on(Phase::after_selection(self.task));
                 }
-                (Phase::Inquire, INQUIRE_NODE_ID) => return self.end(now, Ok(first)),
-                (Phase::Configure, CONFIGURE_NODE_ID) if first == 0 => return self.go_on(now, Phase::Store),
+                (Phase::Inquire, INQUIRE_NODE_ID) => return self.end(Ok(first)),
+                (Phase::Configure, CONFIGURE_NODE_ID) if first == 0 => return self.go_on(Phase::Store),
                 (Phase::Configure, CONFIGURE_NODE_ID) => {
-                    return self.end(now, Err(LssFailure::NodeIdRefused(first)));
+                    return self.end(Err(LssFailure::NodeIdRefused(first)));
                 }
-                (Phase::Store, STORE) if first == 0 => return self.end(now, Ok(self.node_id())),
-                (Phase::Store, STORE) => return self.end(now, Err(LssFailure::NotStored(first))),
+                (Phase::Store, STORE) if first == 0 => return self.end(Ok(self.node_id())),
+                (Phase::Store, STORE) => return self.end(Err(LssFailure::NotStored(first))),
                 // Somebody answers what was not asked.
                 (_, _) => {}
             }
         }
-        if now < deadline { LssStep::Wait(deadline) } else { self.expire(now) }
+        if now < deadline { LssStep::Wait(deadline) } else { self.expire() }
     }
 
     /// The time for answers is over.
-    fn expire(&mut self, now: Instant) -> LssStep {
+    fn expire(&mut self) -> LssStep {
         let is_answered = core::mem::take(&mut self.is_answered);
         match self.phase {
-            Phase::Begin => self.go_on(now, Phase::first(self.task)),
-            Phase::Probe if is_answered => self.go_on(now, Phase::Scan { part: 0, bit: 31 }),
-            Phase::Probe | Phase::Select { part: 3 } => self.end(now, Err(LssFailure::NoSlave)),
+            Phase::Begin => self.go_on(Phase::first(self.task)),
+            Phase::Probe if is_answered => self.go_on(Phase::Scan { part: 0, bit: 31 }),
+            Phase::Probe | Phase::Select { part: 3 } => self.end(Err(LssFailure::NoSlave)),
             Phase::Scan { part, bit } => {
                 if let Some(number) = self.address.get_mut(usize::from(part)).filter(|_| !is_answered) {
                     *number |= 1 << bit;
                 }
                 let next =
                     bit.checked_sub(1).map_or(Phase::Confirm { part }, |bit| Phase::Scan { part, bit });
-                self.go_on(now, next)
+                self.go_on(next)
             }
-            Phase::Confirm { .. } if !is_answered => self.end(now, Err(LssFailure::Lost)),
-            Phase::Confirm { part: 3 } => self.go_on(now, Phase::after_selection(self.task)),
-            Phase::Confirm { part } => self.go_on(now, Phase::Scan { part: part + 1, bit: 31 }),
-            Phase::Select { part } => self.go_on(now, Phase::Select { part: part + 1 }),
-            Phase::Inquire | Phase::Configure | Phase::Store => self.end(now, Err(LssFailure::Lost)),
+            Phase::Confirm { .. } if !is_answered => self.end(Err(LssFailure::Lost)),
+            Phase::Confirm { part: 3 } => self.go_on(Phase::after_selection(self.task)),
+            Phase::Confirm { part } => self.go_on(Phase::Scan { part: part + 1, bit: 31 }),
+            Phase::Select { part } => self.go_on(Phase::Select { part: part + 1 }),
+            Phase::Inquire | Phase::Configure | Phase::Store => self.end(Err(LssFailure::Lost)),
             Phase::End(outcome) => {
                 self.phase = Phase::Over;
                 LssStep::Done(outcome)
@@ -183,15 +187,15 @@ impl LssMaster {
         }
     }
 
-    fn go_on(&mut self, now: Instant, phase: Phase) -> LssStep {
+    fn go_on(&mut self, phase: Phase) -> LssStep {
         (self.phase, self.deadline, self.is_answered) = (phase, None, false);
-        self.ask(now)
+        self.ask()
     }
 
     /// Lets all slaves wait again; one that was configured starts with its Node-ID by that.
-    fn end(&mut self, now: Instant, outcome: Result<u8, LssFailure>) -> LssStep {
+    fn end(&mut self, outcome: Result<u8, LssFailure>) -> LssStep {
         let found = outcome.map(|node_id| LssFound { address: self.address, node_id });
-        self.go_on(now, Phase::End(found))
+        self.go_on(Phase::End(found))
     }
 
     fn node_id(&self) -> u8 {
@@ -202,7 +206,7 @@ impl LssMaster {
     }
 
     /// Puts the question of the present phase.
-    fn ask(&mut self, now: Instant) -> LssStep {
+    fn ask(&mut self) -> LssStep {
         let number = |part: u8| self.address.get(usize::from(part)).copied().unwrap_or(0);
         let (message, time) = match self.phase {
             Phase::Begin | Phase::End(_) => ([SWITCH_GLOBAL, 0, 0, 0, 0, 0, 0, 0], WINDOW),
@@ -216,7 +220,7 @@ impl LssMaster {
             Phase::Store => ([STORE, 0, 0, 0, 0, 0, 0, 0], PATIENCE),
             Phase::Over => return LssStep::Done(Err(LssFailure::Lost)),
         };
-        self.deadline = Some(now + time);
+        self.patience = Some(time);
         LssStep::Send(Frame::new(Id::Standard(REQUEST), &message))
     }
 }

@@ -61,6 +61,8 @@ pub(crate) struct CoreLoop {
     pub(crate) inbox: Option<Inbox>,
     /// Who waits for parameters of a device to be stored.
     pub(crate) storing: Vec<(usize, ObjectTask)>,
+    /// Until when another errand is likely, so that the alarm must be able to wake the loop.
+    pub(crate) attentive_until: Instant,
     pub(crate) turns_without_clock: u32,
 }
 
@@ -165,7 +167,8 @@ impl CoreLoop {
             [Link { interface: Some(interface), .. }] => interface.fd().is_some() && self.clients.is_none(),
             _ => false,
         };
-        if is_far && is_alone && self.storage.is_idle() {
+        let is_attentive = now < self.attentive_until || self.links.iter().any(|link| !link.taps.is_empty());
+        if is_far && is_alone && !is_attentive && self.storage.is_idle() {
             return Sleep::InReceive;
         }
         let deadline = deadline.into_iter().chain(watchdog.map(Watchdog::due)).min();

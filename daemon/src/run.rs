@@ -115,6 +115,7 @@ fn start(
         publisher,
         inbox,
         storing: Vec::new(),
+        attentive_until: Instant::ZERO,
         turns_without_clock: 0,
     })
 }

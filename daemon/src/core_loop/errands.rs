@@ -1,5 +1,7 @@
 //! What the core loop does for the control socket.
 
+use core::time::Duration;
+
 use canopen::{Frame, Id, UNCONFIGURED};
 use od::{AbortCode, Address, Instant};
 
@@ -13,6 +15,8 @@ use crate::link::{Link, Record, Tap};
 
 /// Errands that are done before everything else has its turn again.
 const BATCH: usize = 4;
+/// How soon an operator who has asked something asks the next thing.
+const ATTENTION: Duration = Duration::from_secs(1);
 /// Watchers that a bus may have.
 const MAX_TAPS: usize = 4;
 /// The sender of frames that are sent for the control socket; clients of socketcand have numbers from 1.
@@ -25,6 +29,7 @@ impl CoreLoop {
     pub(super) fn carry_out_errands(&mut self, now: Instant) -> bool {
         for _ in 0..BATCH {
             let Some(errand) = self.inbox.as_mut().and_then(Inbox::poll) else { return false };
+            self.attentive_until = now + ATTENTION;
             self.carry_out(now, errand);
             self.transmit(now);
         }

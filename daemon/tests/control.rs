@@ -13,9 +13,10 @@ use std::time::Duration;
 use daemon::alarm::Alarm;
 use daemon::clock::Clock;
 use daemon::control::{
-    AxisFaults, ControlSocket, Errand, Inbox, Order, Outcome, Publisher, Response, Task, ToCore, board,
-    orders, serve,
+    AxisFaults, ControlSocket, Errand, Inbox, Order, Outcome, Publisher, Response, Task, ToCore, Watched,
+    board, orders, serve,
 };
+use daemon::core::LinkId;
 use daemon::services;
 use daemon::status::Status;
 use od::Instant;
@@ -247,6 +248,62 @@ fn an_order_that_makes_no_sense_does_not_reach_the_core() {
         client.refused("{\"request\":\"fault-inject\",\"device\":\"x\"}").contains("missing field `fault`")
     );
     assert!(server.inbox.poll().is_none());
+}
+
+#[test]
+fn the_protocol_has_a_version() {
+    let server = Server::start();
+    let mut client = server.client();
+    client.say("{\"request\":\"version\"}\n");
+    let daemon = env!("CARGO_PKG_VERSION");
+    assert_eq!(client.hear(), format!("{{\"version\":{{\"protocol\":1,\"daemon\":\"{daemon}\"}}}}\n"));
+}
+
+#[test]
+fn what_makes_no_sense_to_nodes_does_not_reach_the_core() {
+    let mut server = Server::start();
+    let mut client = server.client();
+    let nmt = |target: &str, command: &str| {
+        format!("{{\"request\":\"nmt\",\"target\":\"{target}\",\"command\":\"{command}\"}}")
+    };
+    let unknown = "unknown NMT command `halt`; known: start, stop, preop, reset, reset-comm";
+    assert_eq!(client.refused(&nmt("x", "halt")), unknown);
+    assert_eq!(client.refused(&nmt("128", "start")), "Node-ID 128 is not in 1..127");
+    let lss = |fields: &str| format!("{{\"request\":\"lss\",\"action\":{fields}}}");
+    assert!(client.refused(&lss("\"seek\"")).starts_with("unknown LSS action `seek`"));
+    assert_eq!(client.refused(&lss("\"configure\",\"node_id\":0")), "Node-ID 0 is not in 1..127");
+    assert!(client.refused(&lss("\"inquire\"")).starts_with("scan takes nothing"));
+    assert!(server.inbox.poll().is_none());
+}
+
+#[test]
+fn who_stops_watching_is_forgotten_and_asks_on() {
+    let mut server = Server::start();
+    let mut client = server.client();
+    client.say("{\"request\":\"dump\"}\n");
+    let Errand::Watch(task) = server.errand() else { panic!("it watches") };
+    let tap = task.order.1.clone();
+    let bus = Watched { link: LinkId(0), name: "can0".to_owned(), nodes: Vec::new() };
+    task.conclude(Ok(vec![bus]));
+    assert_eq!(client.hear(), "{\"watching\":[\"can0\"]}\n");
+    assert!(tap.is_watched());
+
+    client.say("{\"request\":\"version\"}\n");
+    let Errand::Unwatch(task) = server.errand() else { panic!("it stops") };
+    assert!(!tap.is_watched());
+    task.conclude(());
+    assert!(client.hear().starts_with("{\"version\":"));
+}
+
+#[test]
+fn a_motion_of_what_is_not_there_is_refused() {
+    let mut server = Server::start();
+    let mut client = server.client();
+    client.say("{\"request\":\"jog\",\"device\":\"x\",\"velocity\":1}\n");
+    let Errand::Describe(task) = server.errand() else { panic!("it looks for the device") };
+    assert_eq!(task.order.as_deref(), Some("x"));
+    task.conclude(Err("no device `x`; there are: y".to_owned()));
+    assert_eq!(client.hear(), "{\"error\":\"no device `x`; there are: y\"}\n");
 }
 
 #[test]

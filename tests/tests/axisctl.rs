@@ -78,6 +78,8 @@ fn words(line: &str) -> Vec<String> {
 struct Session {
     socket: String,
     background: Option<Child>,
+    /// A device that can be asked.
+    probe: &'static str,
 }
 
 impl Session {
@@ -119,7 +121,7 @@ impl Session {
             thread::sleep(Duration::from_millis(5));
         }
         // It has asked before anybody who asks now: errands are done in their order.
-        let output = axisctl(&["--socket", &self.socket, "od", "read", "axis1", "6041"]);
+        let output = axisctl(&["--socket", &self.socket, "od", "read", self.probe, "6041"]);
         assert!(output.status.success());
     }
 }
@@ -131,7 +133,7 @@ fn every_documented_command_does_what_the_document_says() {
     let document = fs::read_to_string(&path).unwrap();
     let dir = TempDir::new();
     let (_daemon, socket) = demo(&dir);
-    let mut session = Session { socket, background: None };
+    let mut session = Session { socket, background: None, probe: "axis1" };
     let (mut renewed, mut verbs) = (String::new(), Vec::new());
     for (number, part) in document.split("```").enumerate() {
         let is_session = number % 2 == 1 && part.starts_with("console\n");
@@ -256,6 +258,38 @@ fn a_watch_ends_well_when_the_daemon_ends() {
     assert!(
         lines.lines().count() >= 2 && lines.lines().all(|line| line.starts_with("{\"version\":")),
         "{lines}"
+    );
+}
+
+#[test]
+fn a_watcher_reads_every_pdo_by_the_mapping_it_was_sent_with() {
+    let dir = TempDir::new();
+    let socket = dir.path().join("control.sock").display().to_string();
+    let config = config(Bus::Virtual, &[("drive", "cia402-servo", 2)]);
+    let _daemon = Daemon::start(&format!("[control]\nsocket = \"{socket}\"\n\n{config}"));
+    let run = |arguments: &[&str]| {
+        let output = axisctl(&[&["--socket", &socket], arguments].concat());
+        assert!(output.status.success(), "{output:?}");
+    };
+    let mut session = Session { socket: socket.clone(), background: None, probe: "drive" };
+    session.run("axisctl dump --count 2 &");
+
+    // TPDO 1 is to carry the position.
+    for (object, value) in [
+        ("1800:1", "0xC0000182"),
+        ("1A00:0", "0"),
+        ("1A00:1", "0x60640020"),
+        ("1A00:0", "1"),
+        ("1800:1", "0x40000182"),
+    ] {
+        run(&["od", "write", "drive", object, value]);
+    }
+    run(&["nmt", "drive", "start"]);
+
+    let told = session.run("wait");
+    assert!(
+        told.contains("NMT start, drive (2)") && told.contains("TPDO1 drive (2): Position actual value = 0"),
+        "{told}"
     );
 }
 

@@ -69,7 +69,8 @@ impl Tap {
     }
 
     /// Whether somebody still watches.
-    pub(crate) fn is_watched(&self) -> bool {
+    #[must_use]
+    pub fn is_watched(&self) -> bool {
         self.dropped.strong_count() > 0
     }
 }

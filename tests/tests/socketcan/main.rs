@@ -6,6 +6,7 @@ mod garbage;
 mod guides;
 mod jvl;
 mod watchdog;
+mod watching;
 
 use std::thread;
 

@@ -296,3 +296,15 @@ fn what_a_drive_refuses_is_told_and_nothing_begins() {
     assert_eq!(ended, failed("0x6098:00: invalid value for parameter"));
     assert_eq!(master.state(), "SWITCH ON DISABLED");
 }
+
+#[test]
+fn a_drive_with_several_axes_is_led_by_the_objects_of_each() {
+    // Objects of the axes follow at a distance of 0x800 (CiA 402-1).
+    let mut sequence = Sequence::new(jog(5000, None), 2);
+    let off = View { statusword: 0x0640, ..View::default() };
+    let Next::Write(settings) = sequence.next(od::Instant::ZERO, &off) else { panic!() };
+    let written: Vec<u16> = settings.iter().map(|(address, _)| address.index).collect();
+    assert_eq!(written, [0x70FF, 0x7060]);
+    let Next::Write(settings) = sequence.next(od::Instant::ZERO, &off) else { panic!() };
+    assert_eq!(settings, [(od::Address::new(0x7040, 0), 6)]);
+}

@@ -106,7 +106,6 @@ pub(super) async fn serve(
     let mut looks = 0;
     while movers.iter().any(|mover| mover.end.is_none()) {
         tokio::select! {
-            biased;
             said_more = audience.listen() => {
                 audience.heard = to_core.clock.now();
                 if said_more {

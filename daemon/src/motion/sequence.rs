@@ -165,16 +165,16 @@ impl Sequence {
             {
                 Next::Failed(lost(view))
             }
-            Phase::Clearing(deadline) if self.bit_12(view) && self.is_move() => {
+            Phase::Clearing(deadline) if view.has(Statusword::MODE_12) && self.is_move() => {
                 wait(now, deadline, "set-point")
             }
             Phase::Clearing(_) => self.start(now),
-            Phase::Setting(deadline) if !self.bit_12(view) => wait(now, deadline, "set-point"),
+            Phase::Setting(deadline) if !view.has(Statusword::MODE_12) => wait(now, deadline, "set-point"),
             Phase::Setting(_) => {
                 self.phase = Phase::Settling(now + PATIENCE);
                 Next::Write(vec![self.control(ENABLE)])
             }
-            Phase::Settling(deadline) if self.bit_12(view) => wait(now, deadline, "set-point"),
+            Phase::Settling(deadline) if view.has(Statusword::MODE_12) => wait(now, deadline, "set-point"),
             Phase::Settling(_) => {
                 self.phase = Phase::Running;
                 self.run(now, view)
@@ -412,11 +412,6 @@ impl Sequence {
 
     fn is_move(&self) -> bool {
         matches!(self.goal, Goal::Move { .. })
-    }
-
-    #[expect(clippy::unused_self, reason = "what the bit means is a matter of the mode")]
-    fn bit_12(&self, view: &View) -> bool {
-        view.has(Statusword::MODE_12)
     }
 
     fn control(&self, word: u16) -> Setting {

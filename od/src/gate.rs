@@ -21,6 +21,8 @@ pub struct Origin {
 pub enum Bus {
     /// A CANopen network.
     CanOpen,
+    /// Modbus clients.
+    Modbus,
     /// The operator on this machine.
     Local,
 }

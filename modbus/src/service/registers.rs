@@ -1,0 +1,129 @@
+//! Registers: function codes 3, 4, 6, 16, 22 and 23.
+//!
+//! A request that reads may cover a part of a value; one that writes covers all of it, because half a value would be
+//! another value for as long as the other half is missing.
+
+use od::AbortCode;
+
+use super::{Outcome, Service};
+use crate::map::{Window, Word};
+use crate::{Dialect, Exception};
+
+impl<'t> Service<'_, 't> {
+    pub(super) fn read_registers(&mut self, start: u16, quantity: u16) -> Outcome {
+        let window = self.readable(start, quantity)?;
+        self.append(window);
+        Ok(())
+    }
+
+    pub(super) fn write_register(&mut self, address: u16, value: [u8; 2]) -> Outcome {
+        self.store(address, &value)?;
+        self.say(&[address, u16::from_be_bytes(value)]);
+        Ok(())
+    }
+
+    pub(super) fn write_registers(&mut self, start: u16, values: &[u8]) -> Outcome {
+        self.store(start, values)?;
+        self.say(&[start, (values.len() / 2) as u16]);
+        Ok(())
+    }
+
+    pub(super) fn mask_write(&mut self, address: u16, and: u16, or: u16) -> Outcome {
+        let window = self.readable(address, 1)?;
+        let present = window.words.first().map_or(0, |word| self.word(*word));
+        self.store(address, &(present & and | or & !and).to_be_bytes())?;
+        self.say(&[address, and, or]);
+        Ok(())
+    }
+
+    /// What cannot be read is refused before anything is written.
+    pub(super) fn read_write(
+        &mut self,
+        read_start: u16,
+        read_quantity: u16,
+        write_start: u16,
+        values: &[u8],
+    ) -> Outcome {
+        let window = self.readable(read_start, read_quantity)?;
+        self.store(write_start, values)?;
+        self.append(window);
+        Ok(())
+    }
+
+    fn window(&self, start: u16, quantity: u16) -> Result<Window<'t>, Exception> {
+        let map = self.target.map;
+        // JVL's registers have 32 bits and begin at even addresses.
+        if map.dialect() == Dialect::Jvl && !start.is_multiple_of(2) {
+            return Err(Exception::IllegalDataAddress);
+        }
+        map.window(self.target.dictionary, start, quantity).ok_or(Exception::IllegalDataAddress)
+    }
+
+    /// The window, if everything in it may be read. In JVL's registers what may only be written reads as zero.
+    fn readable(&self, start: u16, quantity: u16) -> Result<Window<'t>, Exception> {
+        let window = self.window(start, quantity)?;
+        let is_secret = |word: &Word| self.target.dictionary.read(word.slot).is_err();
+        if window.is_exact && window.words.iter().flatten().any(is_secret) {
+            return Err(Exception::IllegalDataAddress);
+        }
+        Ok(window)
+    }
+
+    fn append(&mut self, window: Window<'_>) {
+        self.answer.push((2 * window.words.len()) as u8);
+        for word in window.words {
+            let word = self.word(*word);
+            self.answer.extend(word.to_be_bytes());
+        }
+    }
+
+    /// What a register shows: a part of its value, which is sign-extended.
+    fn word(&self, word: Option<Word>) -> u16 {
+        let Some(word) = word else { return 0 };
+        let raw = self.target.dictionary.read(word.slot).map_or(0, |(_, value)| value.raw());
+        let value = word.data_type.integer(raw);
+        (value >> (16 * self.target.map.significance(word))) as u16
+    }
+
+    /// Writes all `values` from `start` on, or none.
+    fn store(&mut self, start: u16, values: &[u8]) -> Outcome {
+        let quantity = (values.len() / 2) as u16;
+        let Window { words, is_exact } = self.window(start, quantity)?;
+        if !self.client.permissions.may_write(start, usize::from(quantity)) {
+            return Err(Exception::IllegalDataAddress);
+        }
+        let (values, _) = values.as_chunks();
+        let mut given = words.iter().zip(values);
+        while let Some((word, bytes)) = given.next() {
+            let Some(word) = *word else { continue };
+            let place = |word, bytes: &[u8; 2]| {
+                u64::from(u16::from_be_bytes(*bytes)) << (16 * self.target.map.significance(word))
+            };
+            let mut value = place(word, bytes);
+            if word.index != 0 {
+                return Err(Exception::IllegalDataValue);
+            }
+            for _ in 1..word.count {
+                let Some((Some(word), bytes)) = given.next() else { return Err(Exception::IllegalDataValue) };
+                value |= place(*word, bytes);
+            }
+            if is_exact && !fits(word, value) {
+                return Err(Exception::from(AbortCode::ValueTooHigh));
+            }
+            self.collect(word.slot, value);
+        }
+        self.commit()
+    }
+}
+
+/// Whether `value`, which has as many bits as the registers of `word`, is one of its type: what the type does not have
+/// is zero or the sign.
+fn fits(word: Word, value: u64) -> bool {
+    let width = 16 * u32::from(word.count);
+    let unused = 64 - width;
+    let extended = word.data_type.integer(value) as u64;
+    // A pattern with zeros above a negative number is the same bits, as PDOs carry them.
+    let bits = u32::from(word.data_type.bits().unwrap_or(0));
+    let is_plain = bits >= 64 || value >> bits == 0;
+    is_plain || (extended << unused) >> unused == value
+}

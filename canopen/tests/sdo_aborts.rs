@@ -3,7 +3,7 @@
 mod bench;
 
 use bench::Bench;
-use od::{Bus, Origin};
+use od::{Bus, Owner};
 
 // CCT 2.17
 #[test]
@@ -343,23 +343,42 @@ fn value_too_low_06090032() {
 
 #[test]
 fn local_control_08000021() {
-    let mut bench = Bench::new();
-    bench.device.set_owner(0, Some(Origin { bus: Bus::Local, link: 0, client: 0 }));
-    bench.talk(
+    Bench::new().talk(
         "
-        > 601#2B06210001000000
-        < 581#8006210021000008
         > 601#2F04210002000000
         < 581#8004210021000008
         ",
     );
-    bench.device.set_owner(0, Some(Origin { bus: Bus::CanOpen, link: 0, client: 1 }));
+}
+
+#[test]
+fn a_command_of_another_than_the_owner_08000022() {
+    let mut bench = Bench::new();
+    bench.device.set_owner(0, Some(Owner { bus: Bus::Modbus, link: None }));
     bench.talk(
         "
         > 601#2B06210001000000
-        < 581#6006210000000000
+        < 581#8006210022000008
+        > 601#4006210000000000
+        < 581#4B06210000000000
         ",
     );
+    bench.device.set_owner(0, Some(Owner { bus: Bus::CanOpen, link: Some(1) }));
+    bench.talk(
+        "
+        > 601#2B06210001000000
+        < 581#8006210022000008
+        ",
+    );
+    for link in [None, Some(0)] {
+        bench.device.set_owner(0, Some(Owner { bus: Bus::CanOpen, link }));
+        bench.talk(
+            "
+            > 601#2B06210001000000
+            < 581#6006210000000000
+            ",
+        );
+    }
 }
 
 #[test]

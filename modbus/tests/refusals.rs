@@ -4,7 +4,7 @@ mod bench;
 
 use bench::Bench;
 use modbus::{Dialect, Exception, Framing, Permissions, WordOrder};
-use od::{AbortCode, Bus, Origin};
+use od::{AbortCode, Bus, Owner};
 
 fn with(permissions: Permissions) -> Bench {
     Bench::with(Dialect::Full, WordOrder::LowFirst, Framing::Tcp, permissions, None)
@@ -27,7 +27,7 @@ fn writes(bench: &Bench, code: u8) -> Vec<(String, String)> {
 #[test]
 fn the_owner_of_another_bus_is_exception_4_and_everything_can_be_read() {
     let mut bench = Bench::new(Dialect::Full);
-    bench.dictionary.set_owner(0, Some(Origin { bus: Bus::CanOpen, link: 0, client: 1 }));
+    bench.dictionary.set_owner(0, Some(Owner { bus: Bus::CanOpen, link: Some(0) }));
     for (request, refusal) in writes(&bench, 4) {
         assert_eq!(bench.ask(&request), refusal, "{request}");
     }

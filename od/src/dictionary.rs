@@ -3,7 +3,9 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::{AbortCode, Address, Data, DataType, Entry, Origin, Saved, Schema, Value, value};
+use crate::{
+    AbortCode, Address, Commanded, Data, DataType, Entry, Origin, Owner, Saved, Schema, Value, value,
+};
 
 /// Where an entry of a particular dictionary is kept: the fast way to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -21,6 +23,8 @@ impl Slot {
 
 /// Most axes one device may have.
 pub(crate) const MAX_AXES: usize = 8;
+/// Commands that may wait to be taken note of; older ones are forgotten.
+const MAX_COMMANDED: usize = 64;
 
 /// The object dictionary of one device.
 #[derive(Clone, Debug)]
@@ -32,7 +36,8 @@ pub struct Dictionary {
     written: VecDeque<Slot>,
     is_written: Vec<bool>,
     revision: u64,
-    pub(crate) owners: [Option<Origin>; MAX_AXES],
+    pub(crate) owners: [Option<Owner>; MAX_AXES],
+    commanded: VecDeque<Commanded>,
 }
 
 impl Dictionary {
@@ -43,7 +48,8 @@ impl Dictionary {
         let written = VecDeque::with_capacity(64.min(values.len()));
         let is_written = vec![false; values.len()];
         let (saved, owners) = (Saved::default(), [None; MAX_AXES]);
-        Self { schema, node_id, values, saved, written, is_written, revision: 0, owners }
+        let commanded = VecDeque::with_capacity(MAX_COMMANDED);
+        Self { schema, node_id, values, saved, written, is_written, revision: 0, owners, commanded }
     }
 
     /// The objects this dictionary has.
@@ -151,9 +157,17 @@ impl Dictionary {
         }
     }
 
-    /// Stores what the gate let through and remembers that it was written.
-    pub(crate) fn commit(&mut self, slot: Slot, data: Data<'_>) {
+    /// Stores what the gate let through and remembers that it was written, and who wrote another command than before.
+    pub(crate) fn commit(&mut self, origin: Origin, slot: Slot, data: Data<'_>) {
+        let before = self.raw(slot);
         self.put(slot, data);
+        let raw = self.raw(slot);
+        if raw != before && self.schema.entry(slot).is_some_and(|entry| entry.command.is_some()) {
+            if self.commanded.len() == MAX_COMMANDED {
+                self.commanded.pop_front();
+            }
+            self.commanded.push_back(Commanded { origin, slot, raw });
+        }
         if let Some(flag) = self.is_written.get_mut(slot.position())
             && !core::mem::replace(flag, true)
         {
@@ -197,10 +211,21 @@ impl Dictionary {
         self.revision
     }
 
-    /// Who alone may write the entries that command `axis`; `None` for everybody.
-    pub fn set_owner(&mut self, axis: u8, owner: Option<Origin>) {
+    /// The next command that differed from the one before, in the order of writing.
+    pub fn take_commanded(&mut self) -> Option<Commanded> {
+        self.commanded.pop_front()
+    }
+
+    /// Makes `owner` the one who alone may write the entries that command `axis`; `None` for everybody.
+    pub fn set_owner(&mut self, axis: u8, owner: Option<Owner>) {
         if let Some(place) = self.owners.get_mut(usize::from(axis)) {
             *place = owner;
         }
+    }
+
+    /// Who alone may command `axis`; `None` for everybody.
+    #[must_use]
+    pub fn owner(&self, axis: u8) -> Option<Owner> {
+        self.owners.get(usize::from(axis)).copied().flatten()
     }
 }

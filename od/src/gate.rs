@@ -16,6 +16,34 @@ pub struct Origin {
     pub client: u16,
 }
 
+/// Who alone may command an axis: whoever is on a bus, not a single client of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Owner {
+    /// The kind of bus.
+    pub bus: Bus,
+    /// Which link of that kind; `None` for all of them.
+    pub link: Option<u16>,
+}
+
+impl Owner {
+    /// Whether what comes from `origin` comes from the owner.
+    #[must_use]
+    pub fn is(self, origin: Origin) -> bool {
+        self.bus == origin.bus && self.link.is_none_or(|link| link == origin.link)
+    }
+}
+
+/// A command that the gate let through: who wrote what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Commanded {
+    /// Who.
+    pub origin: Origin,
+    /// The entry.
+    pub slot: Slot,
+    /// What it holds now.
+    pub raw: u64,
+}
+
 /// The kinds of bus an access may come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Bus {
@@ -73,7 +101,7 @@ impl Dictionary {
             self.check(origin, write).map_err(|code| Refusal { item, code })?;
         }
         for write in batch {
-            self.commit(write.slot, write.data);
+            self.commit(origin, write.slot, write.data);
         }
         Ok(())
     }
@@ -106,8 +134,8 @@ impl Dictionary {
         }
         check_value(entry, write.data)?;
         let owner = entry.command.and_then(|axis| *self.owners.get(usize::from(axis))?);
-        if owner.is_some_and(|owner| owner != origin) {
-            return Err(AbortCode::LocalControl);
+        if owner.is_some_and(|owner| !owner.is(origin)) {
+            return Err(AbortCode::DeviceState);
         }
         entry.veto.map_or(Ok(()), |veto| veto(self, write.slot, write.data.raw()))
     }

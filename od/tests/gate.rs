@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use od::{
-    AbortCode, Access, Address, Bus, Data, DataType, Dictionary, Entry, Mappable, Object, Origin, Range,
-    Schema, Slot, Value, Write,
+    AbortCode, Access, Address, Bus, Commanded, Data, DataType, Dictionary, Entry, Mappable, Object, Origin,
+    Owner, Range, Schema, Slot, Value, Write,
 };
 
 const CAN: Origin = Origin { bus: Bus::CanOpen, link: 0, client: 0 };
-const LOCAL: Origin = Origin { bus: Bus::Local, link: 0, client: 0 };
 
 fn entry(data_type: DataType, access: Access) -> Entry {
     Entry::new(0, "entry", data_type, access)
@@ -114,11 +113,37 @@ fn one_refused_item_drops_the_whole_batch() {
 #[test]
 fn only_the_owner_commands_an_axis() {
     let mut dictionary = dictionary();
-    dictionary.set_owner(0, Some(LOCAL));
-    assert_eq!(write(&mut dictionary, 0x2005, &[1, 0]), Err(AbortCode::LocalControl));
-    assert_eq!(write(&mut dictionary, 0x2000, &[1, 0, 0, 0]), Ok(()));
-    dictionary.set_owner(0, None);
-    assert_eq!(write(&mut dictionary, 0x2005, &[1, 0]), Ok(()));
+    for owner in
+        [Owner { bus: Bus::Local, link: None }, Owner { bus: Bus::CanOpen, link: Some(CAN.link + 1) }]
+    {
+        dictionary.set_owner(0, Some(owner));
+        assert_eq!(dictionary.owner(0), Some(owner));
+        assert_eq!(write(&mut dictionary, 0x2005, &[1, 0]), Err(AbortCode::DeviceState));
+        assert_eq!(write(&mut dictionary, 0x2000, &[1, 0, 0, 0]), Ok(()));
+    }
+    for owner in
+        [None, Some(Owner { bus: CAN.bus, link: None }), Some(Owner { bus: CAN.bus, link: Some(CAN.link) })]
+    {
+        dictionary.set_owner(0, owner);
+        assert_eq!(write(&mut dictionary, 0x2005, &[1, 0]), Ok(()));
+    }
+}
+
+#[test]
+fn who_commands_something_else_is_remembered() {
+    let mut dictionary = dictionary();
+    let command = slot(&dictionary, 0x2005);
+    for value in [0, 1, 1, 2] {
+        write(&mut dictionary, 0x2005, &[value, 0]).unwrap();
+        write(&mut dictionary, 0x2000, &[value, 0, 0, 0]).unwrap();
+    }
+    let told = |raw| Some(Commanded { origin: CAN, slot: command, raw });
+    assert_eq!([dictionary.take_commanded(), dictionary.take_commanded()], [told(1), told(2)]);
+    assert_eq!(dictionary.take_commanded(), None);
+    for value in 0..=255 {
+        write(&mut dictionary, 0x2005, &[value, 0]).unwrap();
+    }
+    assert_eq!(dictionary.take_commanded(), told(192), "the last 64");
 }
 
 #[test]

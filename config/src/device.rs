@@ -1,6 +1,7 @@
 //! `[[device]]`: a device, what it is and where it stands.
 
 use core::time::Duration;
+use std::net::SocketAddr;
 use std::sync::Arc;
 
 use profiles::reader::{Node, Spanned, Table};
@@ -9,6 +10,7 @@ use profiles::{PlantSetup, Profile, Report, Span, Timing};
 use crate::bus::BusDraft;
 use crate::gateway::unique_name;
 use crate::identity;
+use crate::modbus::{self, Listener, ModbusView};
 use crate::plant;
 use crate::resolve::Resolver;
 use crate::switches::{self, MOTOR_ADDRESS, SWITCHES};
@@ -31,12 +33,25 @@ pub struct Device {
     pub serial: Option<u32>,
     /// When it takes and gives its process data.
     pub timing: Timing,
+    /// How it looks to Modbus clients.
+    pub modbus: ModbusView,
+    /// Who may command its axes; everybody without a word.
+    pub owner: Option<Owner>,
     /// What the simulated plant of each of its axes has otherwise than its motor says.
     pub plant: PlantSetup,
 }
 
 /// The Node-ID of a node that waits for an LSS master to give it one (CiA 305 v3.0).
 pub const UNCONFIGURED: u8 = 255;
+
+/// Who may command the axes of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Owner {
+    /// Whoever is on the bus of this position in [`crate::Gateway::buses`].
+    Bus(usize),
+    /// Modbus clients.
+    Modbus,
+}
 
 /// A place on a bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,18 +73,35 @@ pub(crate) struct Devices<'b, 'r> {
     /// The bit rate of each bus by the switches of the first device on it that has such, and that device.
     bit_rates: Vec<Option<(u16, String)>>,
     units: Vec<(u8, String)>,
+    /// Addresses that Modbus listeners have.
+    listening: Vec<SocketAddr>,
+    /// Modbus listeners of devices.
+    own: Vec<Listener>,
 }
 
 impl<'b, 'r> Devices<'b, 'r> {
     /// No devices yet. With Modbus, Node-IDs serve as unit identifiers and must differ across buses.
-    pub(crate) fn new(buses: &'b [BusDraft], resolver: &'b mut Resolver<'r>, has_modbus: bool) -> Self {
+    pub(crate) fn new(
+        buses: &'b [BusDraft],
+        resolver: &'b mut Resolver<'r>,
+        has_modbus: bool,
+        listening: Vec<SocketAddr>,
+    ) -> Self {
         let (read, names, places, units) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let bit_rates = vec![None; buses.len()];
-        Self { buses, resolver, has_modbus, read, names, places, bit_rates, units }
+        let own = Vec::new();
+        Self { buses, resolver, has_modbus, read, names, places, bit_rates, units, listening, own }
     }
 
-    /// The devices, `None` if any of them is wrong, and the bit rates of the buses in kbit/s by their switches.
-    pub(crate) fn finish(self) -> (Option<Vec<Device>>, Vec<Option<u16>>) {
+    /// The names of all devices, in the order of the file.
+    pub(crate) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The devices, `None` if any of them is wrong, whose own listeners join the others, and the bit rates of the buses in
+    /// kbit/s by their switches.
+    pub(crate) fn finish(self, listeners: &mut Vec<Listener>) -> (Option<Vec<Device>>, Vec<Option<u16>>) {
+        listeners.extend(self.own);
         let bit_rates = self.bit_rates.into_iter().map(|known| known.map(|(rate, _)| rate)).collect();
         (self.read.into_iter().collect(), bit_rates)
     }
@@ -86,6 +118,12 @@ impl<'b, 'r> Devices<'b, 'r> {
         let unit_id = self.unit_id(&mut table, on.as_deref(), &label);
         let sdo_timeout = sdo_timeout(&mut table);
         let timing = timing(&mut table, profile.as_deref());
+        let dialect = profile.as_ref().map(|profile| profile.dialect);
+        let modbus = ModbusView::read(&mut table, dialect);
+        let own = modbus::read(&mut table, &mut self.listening);
+        let has_modbus = self.has_modbus || own.is_some();
+        self.own.extend(own.map(|own| own.own(self.read.len(), table.report)));
+        let owner = self.owner(&mut table, on.as_deref(), has_modbus);
         let (profile, has_serial) = identity::read(&mut table, profile);
         let serial = (!has_serial).then(|| identity::serial_of(&label));
         let plant = plant::read(&mut table);
@@ -94,7 +132,7 @@ impl<'b, 'r> Devices<'b, 'r> {
             table.report.error(&table.key_span("plant"), "a device without an axis has no plant", help);
         }
         table.finish();
-        self.names.extend(name.clone());
+        self.names.push(label);
         self.read.push(name.zip(profile).zip(on).map(|((name, profile), on)| Device {
             name,
             profile,
@@ -103,8 +141,41 @@ impl<'b, 'r> Devices<'b, 'r> {
             sdo_timeout,
             serial,
             timing,
+            modbus,
+            owner,
             plant,
         }));
+    }
+
+    /// `owner`: a bus that the device is on, Modbus or anybody.
+    fn owner(&self, table: &mut Table<'_, '_>, on: Option<&[Attachment]>, has_modbus: bool) -> Option<Owner> {
+        let name = table.get::<Spanned<&str>>("owner")?;
+        let places = on?;
+        let own = || places.iter().filter_map(|place| self.buses.get(place.bus)?.name.as_deref());
+        match *name.get_ref() {
+            "any" => None,
+            "modbus" if has_modbus => Some(Owner::Modbus),
+            "modbus" => {
+                let help = "add a table `modbus` with `listen = `".to_owned();
+                table.report.error(&name.span(), "no Modbus client reaches this device", help);
+                None
+            }
+            bus => {
+                let is_bus = |place: &&Attachment| {
+                    self.buses.get(place.bus).is_some_and(|known| known.name.as_deref() == Some(bus))
+                };
+                let place = places.iter().find(is_bus);
+                if place.is_none() {
+                    table.report.unknown(
+                        &name.span(),
+                        "owner",
+                        bus,
+                        ["any", "modbus"].into_iter().chain(own()),
+                    );
+                }
+                place.map(|place| Owner::Bus(place.bus))
+            }
+        }
     }
 
     /// `bus` with `node_id` or `switches`, or the `[[device.on]]` tables; `None` if any of them is wrong.
@@ -195,7 +266,7 @@ impl<'b, 'r> Devices<'b, 'r> {
         let given = table.get::<Spanned<u8>>("unit_id");
         let mut node_ids = on.unwrap_or_default().iter().map(|place| place.node_id);
         let first = node_ids.find(|node_id| *node_id != UNCONFIGURED);
-        let is_placed = table.has("node_id") || switches::are_in(table);
+        let is_placed = table.has("node_id") || table.has("modbus") || switches::are_in(table);
         if on.is_some_and(<[_]>::is_empty) && !table.has("unit_id") && !is_placed {
             let help = "add `bus = ` and `node_id = `, or `unit_id = ` for Modbus".to_owned();
             table.report.error(&table.span(), "nothing reaches this device", help);

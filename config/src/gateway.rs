@@ -1,14 +1,14 @@
 //! The gateway file as a whole.
 
-use core::fmt;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use profiles::reader::{Document, Node, Spanned, Table};
-use profiles::{Diagnostics, Report, Span, line_and_column};
+use profiles::{Diagnostics, Report};
 
 use crate::bus::{self, Bus};
 use crate::device::{Device, Devices};
+use crate::modbus::{self, Listener};
 use crate::resolve::{ReadFile, Resolver};
 
 /// What a gateway file says, checked.
@@ -18,37 +18,13 @@ pub struct Gateway {
     pub buses: Vec<Bus>,
     /// The devices, in the order of the file.
     pub devices: Vec<Device>,
-    /// Where Modbus TCP clients may connect.
-    pub modbus: Option<SocketAddr>,
+    /// Where Modbus TCP clients may connect: that of the gateway first, then those of devices.
+    pub modbus: Vec<Listener>,
     /// Directory for what devices store; without one they cannot store anything.
     pub storage: Option<PathBuf>,
     /// Path of the control socket; without one the daemon looks for a place.
     pub control: Option<PathBuf>,
-    /// What the file asks for and this version does not do yet.
-    pub notes: Vec<Note>,
 }
-
-/// Something in a file that is right and has no effect yet.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Note {
-    /// Name of the file as its reader knows it.
-    pub file: String,
-    /// Line, from 1.
-    pub line: usize,
-    /// Column in characters, from 1.
-    pub column: usize,
-    /// What has no effect.
-    pub message: String,
-}
-
-impl fmt::Display for Note {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}: note: {}", self.file, self.line, self.column, self.message)
-    }
-}
-
-/// Keys of the file that are checked and do nothing yet.
-const NOT_SERVED: [&str; 1] = ["modbus"];
 
 /// Reads the gateway file `text`, which stands at `file`; profile files are read by `read`.
 ///
@@ -62,21 +38,16 @@ pub fn load(file: &str, text: &str, read: ReadFile<'_>) -> Result<Gateway, Diagn
     let mut resolver = Resolver::new(Path::new(file).parent().unwrap_or(Path::new("")), read);
     let document = Document::parse(text, &mut report);
     let read = document.and_then(|document| read_gateway(document.root(&mut report), &mut resolver));
-    let (gateway, unserved) = report.conclude(file, text, read).map_err(|mut wrong| {
+    report.conclude(file, text, read).map_err(|mut wrong| {
         wrong.0.append(&mut resolver.wrong);
         wrong
-    })?;
-    let notes = unserved.iter().map(|(key, span)| note(file, text, key, span)).collect();
-    Ok(Gateway { notes, ..gateway })
+    })
 }
 
-type Unserved = Vec<(&'static str, Span)>;
-
-fn read_gateway(mut file: Table<'_, '_>, resolver: &mut Resolver<'_>) -> Option<(Gateway, Unserved)> {
-    let modbus = section(&mut file, "modbus", |table| {
-        let listen = table.require::<Spanned<&str>>("listen")?;
-        address(&listen, "0.0.0.0:502", table.report)
-    });
+fn read_gateway(mut file: Table<'_, '_>, resolver: &mut Resolver<'_>) -> Option<Gateway> {
+    let mut listening = Vec::new();
+    let has_modbus = file.has("modbus");
+    let modbus = modbus::read(&mut file, &mut listening);
     let storage = section(&mut file, "storage", |table| {
         path(table, "path", "storage needs a directory", "/var/lib/axisd")
     });
@@ -85,23 +56,17 @@ fn read_gateway(mut file: Table<'_, '_>, resolver: &mut Resolver<'_>) -> Option<
     });
     let buses = bus::read_all(&mut file);
     let nodes = file.get::<Vec<Node>>("device").unwrap_or_default();
-    let mut devices = Devices::new(&buses, resolver, file.has("modbus"));
+    let mut devices = Devices::new(&buses, resolver, has_modbus, listening);
     for node in nodes {
         devices.read(node, file.report);
     }
-    let (devices, bit_rates) = devices.finish();
-    let unserved = NOT_SERVED.into_iter().filter(|key| file.has(key)).map(|key| (key, file.key_span(key)));
-    let unserved = unserved.collect();
+    let mut listeners: Vec<_> =
+        modbus.map(|draft| draft.common(devices.names(), file.report)).into_iter().collect();
+    let (devices, bit_rates) = devices.finish(&mut listeners);
     file.finish();
     let buses = buses.into_iter().zip(bit_rates).map(|(bus, rate)| bus.finish(rate));
     let buses = buses.collect::<Option<_>>()?;
-    Some((Gateway { buses, devices: devices?, modbus, storage, control, notes: Vec::new() }, unserved))
-}
-
-fn note(file: &str, text: &str, key: &str, span: &Span) -> Note {
-    let (line, column) = line_and_column(text, span.start);
-    let message = format!("`{key}` has no effect in this version");
-    Note { file: file.to_owned(), line, column, message }
+    Some(Gateway { buses, devices: devices?, modbus: listeners, storage, control })
 }
 
 /// The path at `key`, which must not be empty; a relative one is from where the program runs. `example` is a good one.

@@ -1,8 +1,7 @@
 //! The gateway file: which buses there are and which devices stand on them.
 //!
 //! [`load`] reads the TOML text, finds the device profiles it names and says everything that is wrong at once, each
-//! with its position and what would be right. What a file may say is known in full from the start; what this
-//! version only checks and does not act on is listed in [`Gateway::notes`].
+//! with its position and what would be right.
 
 #![forbid(unsafe_code)]
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
@@ -11,13 +10,17 @@ mod bus;
 mod device;
 mod gateway;
 mod identity;
+mod modbus;
+mod network;
 mod plant;
 mod resolve;
 mod switches;
 
 pub use bus::{Bus, Link};
-pub use device::{Attachment, Device, UNCONFIGURED};
-pub use gateway::{Gateway, Note, load};
+pub use device::{Attachment, Device, Owner, UNCONFIGURED};
+pub use gateway::{Gateway, load};
+pub use modbus::{Listener, ModbusDialect, ModbusView, WhenFull, WordOrder};
+pub use network::{Network, NoNetwork};
 pub use profiles::{Diagnostic, Diagnostics};
 pub use resolve::{PROFILE_DIRECTORY, ReadFile};
 

@@ -5,7 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use config::{Attachment, Diagnostics, Gateway, Link, load};
+use config::{
+    Attachment, Diagnostics, Gateway, Link, Listener, ModbusDialect, Network, Owner, WhenFull, WordOrder,
+    load,
+};
 use profiles::{
     Input, NoiseSetup, PlantFault, PlantSetup, Position, PositionRange, ScheduledFault, SupplySetup, Timing,
     Voltage,
@@ -53,7 +56,6 @@ fn the_demo_has_two_motors_on_a_virtual_bus() {
     let devices: Vec<_> = gateway.devices.iter().map(|d| (d.name.as_str(), d.on.as_slice())).collect();
     let on = |node_id| [Attachment { bus: 0, node_id }];
     assert_eq!(devices, [("axis1", on(1).as_slice()), ("axis2", on(2).as_slice())]);
-    assert_eq!(gateway.notes, []);
 }
 
 #[test]
@@ -138,18 +140,87 @@ fn a_node_without_a_node_id_has_255_and_several_may_have_none() {
 }
 
 #[test]
-fn what_is_not_served_yet_is_noted_with_its_position() {
-    let gateway = load_plainly("[modbus]\nlisten = \"0.0.0.0:502\"\n");
-    assert_eq!(gateway.modbus, Some("0.0.0.0:502".parse().unwrap()));
-    let notes: Vec<_> = gateway.notes.iter().map(ToString::to_string).collect();
-    assert_eq!(notes, ["gateway.toml:1:2: note: `modbus` has no effect in this version"]);
+fn modbus_clients_are_64_of_anybody_unless_the_file_says_otherwise() {
+    let plain = &load_plainly("[modbus]\nlisten = \"0.0.0.0:502\"\n").modbus[..];
+    let expected = Listener {
+        listen: vec!["0.0.0.0:502".parse().unwrap()],
+        max_clients: 64,
+        when_full: WhenFull::Refuse,
+        idle_timeout: None,
+        allow: vec![],
+        read_only: vec![],
+        write: vec![],
+        device: None,
+        is_own: false,
+    };
+    assert_eq!(plain, [expected]);
+}
+
+#[test]
+fn modbus_has_limits_for_clients_and_what_they_write() {
+    let gateway = load_plainly(include_str!("../examples/modbus.toml"));
+    let network = |text: &str| text.parse::<Network>().unwrap();
+    let common = &gateway.modbus[0];
+    assert_eq!(common.listen, ["0.0.0.0:502", "[::]:502"].map(|address| address.parse().unwrap()));
+    assert_eq!((common.max_clients, common.when_full), (16, WhenFull::Refuse));
+    assert_eq!(common.idle_timeout, Some(Duration::from_secs(300)));
+    assert_eq!(common.allow, [network("192.168.1.0/24"), network("127.0.0.1/32")]);
+    assert_eq!(common.read_only, [network("192.168.1.128/25")]);
+    assert_eq!(common.write, [0x1000..=0x1FFF, 0x8000..=0x807F]);
+    assert_eq!((common.device, common.is_own), (Some(0), false));
+    let own = &gateway.modbus[1];
+    assert_eq!((own.device, own.is_own), (Some(1), true));
+    assert_eq!((own.max_clients, own.when_full), (1, WhenFull::Replace));
+    let [servo, motor] = &gateway.devices[..] else { panic!("two devices") };
+    assert_eq!((servo.unit_id, motor.unit_id), (Some(1), Some(7)));
+    assert_eq!((servo.modbus.dialect, motor.modbus.dialect), (ModbusDialect::Full, ModbusDialect::Jvl));
+    assert_eq!(
+        (servo.modbus.word_order, motor.modbus.word_order),
+        (WordOrder::HighFirst, WordOrder::LowFirst)
+    );
+    assert_eq!((servo.modbus.timeout, motor.modbus.timeout), (Some(Duration::from_millis(500)), None));
+    assert_eq!((servo.owner, motor.owner), (Some(Owner::Bus(0)), Some(Owner::Modbus)));
+}
+
+#[test]
+fn units_0_and_255_are_the_only_device_or_the_one_that_is_named() {
+    let device = |name: &str, unit: u8| {
+        format!("[[device]]\nname = \"{name}\"\nprofile = \"cia402-servo\"\nunit_id = {unit}\n")
+    };
+    let default = |text: String| load_plainly(&text).modbus[0].device;
+    let modbus = |more: &str| format!("[modbus]\nlisten = \"0.0.0.0:502\"\n{more}");
+    assert_eq!(default(modbus("") + &device("a", 1)), Some(0));
+    assert_eq!(default(modbus("") + &device("a", 1) + &device("b", 2)), None);
+    assert_eq!(default(modbus("device = \"b\"\n") + &device("a", 1) + &device("b", 2)), Some(1));
+}
+
+#[test]
+fn a_listener_of_its_own_is_enough_to_reach_a_device() {
+    let text =
+        "[[device]]\nname = \"a\"\nprofile = \"cia402-servo\"\nmodbus = { listen = \"0.0.0.0:502\" }\n";
+    let gateway = load_plainly(text);
+    assert_eq!((gateway.devices[0].unit_id, gateway.modbus[0].device), (None, Some(0)));
+}
+
+#[test]
+fn an_owner_is_a_bus_of_the_device_or_modbus_or_anybody() {
+    let text = |owner: &str| {
+        format!(
+            "bus = [{{ name = \"x\", link = \"virtual\" }}, {{ name = \"y\", link = \"virtual\" }}]\n\
+             [[device]]\nname = \"a\"\nprofile = \"cia402-servo\"\nbus = \"x\"\nnode_id = 1\nowner = \"{owner}\"\n"
+        )
+    };
+    let owner = |name: &str| load_text(&text(name)).map(|gateway| gateway.devices[0].owner);
+    assert_eq!(owner("any").unwrap(), None);
+    assert_eq!(owner("x").unwrap(), Some(Owner::Bus(0)));
+    assert_eq!(owner("y").unwrap_err().0[0].help.as_deref(), Some("did you mean `x`? known: any, modbus, x"));
+    assert_eq!(owner("modbus").unwrap_err().0[0].message, "no Modbus client reaches this device");
 }
 
 #[test]
 fn the_control_socket_may_have_a_place_of_its_own() {
     let gateway = load_plainly("[control]\nsocket = \"/run/axisd/line-1.sock\"\n");
     assert_eq!(gateway.control, Some("/run/axisd/line-1.sock".into()));
-    assert_eq!(gateway.notes, []);
     assert_eq!(load_plainly("").control, None);
     let wrong = load_text("[control]\nsocket = \"\"\n").unwrap_err();
     assert_eq!(wrong.0[0].message, "the control socket needs a path");
@@ -308,7 +379,6 @@ fn wires_may_be_low_while_actuated_and_faults_may_stay() {
 fn devices_store_in_a_directory_if_there_is_one() {
     let gateway = load_plainly("[storage]\npath = \"/var/lib/axisd\"\n");
     assert_eq!(gateway.storage, Some("/var/lib/axisd".into()));
-    assert_eq!(gateway.notes, []);
     assert_eq!(load_plainly("").storage, None);
     let wrong = load_text("[storage]\npath = \"\"\n").unwrap_err();
     assert_eq!(wrong.0[0].message, "the storage needs a directory");
@@ -346,6 +416,7 @@ proptest! {
             include_str!("../examples/two-buses.toml"),
             include_str!("../examples/machine.toml"),
             include_str!("../examples/jvl-modules.toml"),
+            include_str!("../examples/modbus.toml"),
         ]),
         from in 0.0..1.0, length in 0..30_usize, instead in "[ -~\\n]{0,8}",
     ) {

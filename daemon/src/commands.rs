@@ -39,7 +39,6 @@ pub(crate) fn check(file: &Path, as_json: bool) -> Result<(), Failure> {
         return if outcome.is_ok() { Ok(()) } else { Err(Failure::ConfigurationShown) };
     }
     let gateway = outcome.map_err(|wrong| Failure::Configuration(wrong.to_string()))?;
-    gateway.notes.iter().for_each(|note| eprintln!("{note}"));
     let count = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
     let buses = gateway.buses.len();
     let buses = if buses == 1 { "1 bus".to_owned() } else { format!("{buses} buses") };

@@ -52,7 +52,6 @@ pub(crate) fn demo(socketcand: Option<SocketAddr>) -> Result<(), Failure> {
 fn serve(gateway: &Gateway, advice: &str, introduction: &str) -> Result<(), Failure> {
     let listening = listen(gateway, advice)?;
     let log = log::start();
-    gateway.notes.iter().for_each(|note| warn!("{note}"));
     let outcome = run(gateway, listening, introduction);
     info!("stopped");
     drop(log);

@@ -319,6 +319,23 @@ impl<'d, T: FromToml<'d>> FromToml<'d> for Vec<T> {
     }
 }
 
+/// A single value, or several in an array.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OneOrMore<T>(pub Vec<T>);
+
+impl<'d, T: FromToml<'d>> FromToml<'d> for OneOrMore<T> {
+    fn expected() -> String {
+        format!("{} or an array of such", T::expected())
+    }
+
+    fn from_toml(key: &str, value: &'d Spanned<DeValue<'d>>, report: &mut Report) -> Option<Self> {
+        match value.get_ref() {
+            DeValue::Array(_) => Vec::from_toml(key, value, report).map(Self),
+            _ => T::from_toml(key, value, report).map(|one| Self(vec![one])),
+        }
+    }
+}
+
 impl<'d, T: FromToml<'d>> FromToml<'d> for Spanned<T> {
     fn expected() -> String {
         T::expected()

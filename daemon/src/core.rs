@@ -14,9 +14,12 @@
 
 mod access;
 mod deadlines;
+mod modbus;
+mod ownership;
 mod plant;
 mod storage;
 mod time;
+mod trail;
 mod view;
 
 use core::ops::Range;
@@ -27,16 +30,24 @@ use std::sync::Arc;
 use canopen::{
     BusState, Cause, Emergency, ErrorRegister, Event, Frame, Id, NmtState, Node, NodeError, Router,
 };
-use od::Instant;
+use od::{Instant, Owner};
 use profiles::{Device, DeviceEvent, Fault, PlantSetup, Profile, StoreOrder, Timing};
 use thiserror::Error;
 
 use deadlines::Deadlines;
+use modbus::Modbus;
 use storage::Storing;
 use time::Telling;
+use trail::Trail;
 
 pub use access::{LOCAL, WriteRefused};
+pub use modbus::{
+    ClientId, ClientStatus, ListenerCounters, ListenerPlan, ModbusPlan, Refused, WhenFull, identification,
+    map,
+};
+pub use ownership::NoAxis;
 pub use storage::{NodeParameters, Parameters};
+pub use trail::{Command, Who};
 
 /// A link by its number in the configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -89,6 +100,8 @@ pub enum Notice {
     },
     /// So many raster steps were dropped, because the device was served too late.
     DroppedSteps(u64),
+    /// The Modbus clients were silent for too long.
+    ModbusLost,
 }
 
 /// What was lost.
@@ -125,6 +138,9 @@ struct Unit {
     storing: Option<Storing>,
     /// What the device itself wants to be stored, once what is under way is.
     wanted: Option<StoreOrder>,
+    /// Who may command its axes unless somebody has claimed them.
+    owner: Option<Owner>,
+    trail: Trail,
 }
 
 /// A frame on its way to our nodes.
@@ -151,6 +167,7 @@ pub struct Core {
     /// Devices with an order to store that nobody has fetched.
     orders: VecDeque<usize>,
     telling: Telling,
+    modbus: Modbus,
     /// For each link, frames that were too many.
     dropped_on_wire: Vec<u64>,
     counters: Counters,
@@ -175,6 +192,7 @@ impl Core {
             notices: VecDeque::with_capacity(MAX_NOTICES),
             orders: VecDeque::new(),
             telling: Telling::default(),
+            modbus: Modbus::default(),
             dropped_on_wire: vec![0; usize::from(links)],
             counters: Counters::default(),
         };
@@ -196,7 +214,8 @@ impl Core {
         // Defaults of the application that depend on a Node-ID follow the first.
         let node_id = plan.nodes.first().map_or(0, |(_, node_id)| *node_id);
         let device = Device::with_plant(Arc::clone(&plan.profile), node_id, now, &plan.plant);
-        self.units.push(Unit { device, members: first..self.members.len(), storing: None, wanted: None });
+        let (members, trail) = (first..self.members.len(), Trail::default());
+        self.units.push(Unit { device, members, storing: None, wanted: None, owner: None, trail });
         Ok(())
     }
 
@@ -261,6 +280,7 @@ impl Core {
     /// Does what is due at `now`.
     pub fn handle_timeout(&mut self, now: Instant) {
         self.telling.handle_timeout(now);
+        self.supervise_modbus(now);
         while let Some(unit) = self.deadlines.due(now) {
             self.run_due(now, unit);
         }
@@ -270,7 +290,8 @@ impl Core {
     /// When [`Core::handle_timeout`] is to be called next.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        [self.deadlines.first(), self.resume, self.telling.deadline].into_iter().flatten().min()
+        let others = [self.resume, self.telling.deadline, self.modbus.deadline];
+        others.into_iter().chain([self.deadlines.first()]).flatten().min()
     }
 
     /// The next frame to send, and where.
@@ -373,6 +394,7 @@ impl Core {
     /// Lets a device act on what was written to it and on what happened to its nodes, and its nodes on what
     /// happened to it.
     fn settle(&mut self, now: Instant, unit: usize) {
+        self.note_commands(now, unit);
         let Self { units, members, routers, resubscribed, notices, counters, .. } = self;
         let Some(Unit { device, members: own, .. }) = units.get_mut(unit) else { return };
         let mut ordered = Vec::new();

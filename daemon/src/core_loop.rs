@@ -20,13 +20,14 @@ use crate::clock::Clock;
 use crate::control::{Inbox, ObjectTask, Publisher};
 use crate::core::{Core, LinkId};
 use crate::link::{LONGEST_BLOCK, Link, Patience, Received, SocketCan};
+use crate::modbus_tcp::Sockets;
 use crate::reporter::Reporter;
 use crate::service_manager::{ServiceManager, Watchdog};
 use crate::socketcand::Inbound;
 use crate::status;
 use crate::storage::{Done, Storage};
 use crate::sys::BATCH;
-use crate::wait::{wait, wake_punctually};
+use crate::wait::{Woken, wait, wake_punctually};
 
 /// How long the axes may take to ramp down at the end.
 const LONGEST_RAMP: Duration = Duration::from_secs(5);
@@ -47,6 +48,8 @@ pub(crate) struct CoreLoop {
     pub(crate) links: Vec<Link>,
     /// What socketcand clients send, if any may.
     pub(crate) clients: Option<mpsc::Receiver<Inbound>>,
+    /// Where Modbus clients are, if any may connect.
+    pub(crate) modbus: Option<Sockets>,
     pub(crate) clock: Clock,
     pub(crate) alarm: Alarm,
     /// Set when the loop is to end; the alarm rings then.
@@ -97,17 +100,21 @@ impl CoreLoop {
                     self.take(now, 0, outcome, &mut news);
                 }
                 Sleep::Until(time_out) => {
-                    let readable = wait(&self.links, &self.alarm, time_out)?;
+                    let Woken { links, modbus } =
+                        wait(&self.links, self.modbus.as_ref(), &self.alarm, time_out)?;
                     now = self.clock.now();
-                    for position in readable {
+                    for position in links {
                         let outcome = self.receive(position, Patience::Try, &mut news);
                         self.take(now, position, outcome, &mut news);
                     }
+                    self.take_from_sockets(now, modbus);
                 }
             }
             has_backlog = self.take_from_clients(now);
             self.transmit(now);
             self.do_what_is_due(now);
+            now = self.serve_modbus(now, &mut news);
+            has_backlog |= self.modbus.as_ref().is_some_and(Sockets::has_ready);
             has_backlog |= self.carry_out_errands(now);
             self.serve_storage(now);
             if self.stop.load(Ordering::Relaxed) {
@@ -158,13 +165,17 @@ impl CoreLoop {
             return Sleep::Until(Some(Duration::ZERO));
         }
         let interfaces = self.links.iter().filter_map(|link| link.interface.as_ref());
-        let deadlines = interfaces.map(SocketCan::poll_timeout).chain([self.core.poll_timeout(), end]);
+        let modbus = self.modbus.as_ref().and_then(Sockets::poll_timeout);
+        let deadlines =
+            interfaces.map(SocketCan::poll_timeout).chain([self.core.poll_timeout(), end, modbus]);
         let deadline = deadlines.flatten().min();
         let watchdog = self.manager.watchdog();
         let is_far = |deadline: Instant| deadline > now + LONGEST_BLOCK + MARGIN;
         let is_far = deadline.is_none_or(is_far) && watchdog.map(Watchdog::latest).is_none_or(is_far);
         let is_alone = match &*self.links {
-            [Link { interface: Some(interface), .. }] => interface.fd().is_some() && self.clients.is_none(),
+            [Link { interface: Some(interface), .. }] => {
+                interface.fd().is_some() && self.clients.is_none() && self.modbus.is_none()
+            }
             _ => false,
         };
         let is_attentive = now < self.attentive_until || self.links.iter().any(|link| !link.taps.is_empty());
@@ -239,6 +250,35 @@ impl CoreLoop {
         true
     }
 
+    /// Takes note of what is ready at the Modbus sockets, if any `is_ready`.
+    fn take_from_sockets(&mut self, now: Instant, is_ready: bool) {
+        if let Self { modbus: Some(modbus), core, .. } = self
+            && is_ready
+        {
+            modbus.take_events(now, core);
+        }
+    }
+
+    /// Serves one request of each Modbus client that is ready. After each of them CAN and what is due have their turn;
+    /// the time of the last.
+    fn serve_modbus(&mut self, mut now: Instant, news: &mut Vec<Received>) -> Instant {
+        let ready = self.modbus.as_ref().map_or(0, Sockets::ready);
+        for _ in 0..ready {
+            let Self { modbus: Some(modbus), core, .. } = self else { return now };
+            modbus.serve_next(now, core);
+            self.transmit(now);
+            now = self.clock.now();
+            for position in 0..self.links.len() {
+                let outcome = self.receive(position, Patience::Try, news);
+                self.take(now, position, outcome, news);
+            }
+            self.take_from_clients(now);
+            self.transmit(now);
+            self.do_what_is_due(now);
+        }
+        now
+    }
+
     /// Sends what the nodes have to say, also about a link that is lost by that.
     fn transmit(&mut self, now: Instant) {
         while self.try_to_transmit(now) {}
@@ -277,6 +317,9 @@ impl CoreLoop {
                 self.core.produce_time(now, time);
             }
             self.transmit(now);
+        }
+        if let Self { modbus: Some(modbus), core, .. } = self {
+            modbus.handle_timeout(now, core);
         }
         for position in 0..self.links.len() {
             let interface = self.links.get(position).and_then(|link| link.interface.as_ref());

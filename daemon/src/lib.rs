@@ -19,6 +19,7 @@ mod demo;
 pub mod dump;
 mod link;
 mod log;
+mod modbus_tcp;
 pub mod motion;
 pub mod objects;
 mod reporter;

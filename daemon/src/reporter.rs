@@ -125,6 +125,7 @@ impl Reporter {
             Notice::ConnectionLost(_) => ("connection", true),
             Notice::Emergency { emergency, .. } => ("emergency", emergency.code != 0),
             Notice::DroppedSteps(_) => ("dropped", true),
+            Notice::ModbusLost => ("modbus", true),
         };
         let Some(suppressed) = self.limiter.admit(now, Subject::Device(device), kind) else { return };
         let (device, dialect) = self.device(device);
@@ -141,6 +142,7 @@ impl Reporter {
                 format!("node {producer} tells 0x{code:04X} ({})", error_text(code, Dialect::Cia402))
             }
             Notice::DroppedSteps(steps) => format!("served too late, {steps} raster steps dropped"),
+            Notice::ModbusLost => "connection lost: no Modbus client asks any more".to_owned(),
         };
         let more = left_out(suppressed);
         if is_bad { warn!("{device}: {text}{more}") } else { info!("{device}: {text}{more}") }

@@ -26,6 +26,7 @@ use crate::core_loop::CoreLoop;
 use crate::demo;
 use crate::link::{Gauge, Link, Load, SocketCan, measure};
 use crate::log;
+use crate::modbus_tcp::{self, Sockets};
 use crate::reporter::Reporter;
 use crate::service_manager::ServiceManager;
 use crate::services;
@@ -51,18 +52,29 @@ pub(crate) fn demo(socketcand: Option<SocketAddr>) -> Result<(), Failure> {
 /// Serves `gateway` until a signal; `advice` is for a taken port, `introduction` for standard output.
 fn serve(gateway: &Gateway, advice: &str, introduction: &str) -> Result<(), Failure> {
     let listening = listen(gateway, advice)?;
+    let modbus = modbus_tcp::listen_all(gateway)?;
     let log = log::start();
-    let outcome = run(gateway, listening, introduction);
+    let outcome = run(gateway, listening, modbus, introduction);
     info!("stopped");
     drop(log);
     outcome
 }
 
 /// Runs until a signal; the control socket is in the file system until then.
-fn run(gateway: &Gateway, listening: Vec<Listening>, introduction: &str) -> Result<(), Failure> {
+fn run(
+    gateway: &Gateway,
+    listening: Vec<Listening>,
+    modbus: Vec<modbus_tcp::Listening>,
+    introduction: &str,
+) -> Result<(), Failure> {
     let (socket, listener) = control_socket(gateway)?.unzip();
     socket.iter().for_each(|socket| info!("control socket {}", socket.path().display()));
-    let core_loop = start(gateway, listening, listener)?;
+    let mut core_loop = start(gateway, listening, listener)?;
+    modbus_tcp::introduce(&mut core_loop.core, gateway);
+    if !modbus.is_empty() {
+        let sockets = Sockets::new(modbus).map_err(|error| Failure::Other(error.to_string()))?;
+        core_loop.modbus = Some(sockets);
+    }
     let outcome = core_loop.run(|| announce(introduction));
     drop(socket);
     outcome.map_err(|error| Failure::Other(error.to_string()))
@@ -105,6 +117,7 @@ fn start(
         core,
         links,
         clients,
+        modbus: None,
         clock,
         alarm,
         stop,

@@ -9,6 +9,7 @@ use smallvec::SmallVec;
 
 use crate::alarm::Alarm;
 use crate::link::{Link, SocketCan};
+use crate::modbus_tcp::Sockets;
 
 /// Links that have frames, by their positions.
 pub(crate) type Readable = SmallVec<[usize; 8]>;
@@ -19,9 +20,23 @@ pub(crate) fn wake_punctually() {
     let _ = nix::sys::prctl::set_timerslack(1);
 }
 
-/// Sleeps until a frame comes, the alarm or a signal, or `time_out` is over. Gives the links with frames.
-pub(crate) fn wait(links: &[Link], alarm: &Alarm, time_out: Option<Duration>) -> nix::Result<Readable> {
-    let mut fds: SmallVec<[PollFd<'_>; 9]> = SmallVec::new();
+/// What has something to read.
+#[derive(Debug, Default)]
+pub(crate) struct Woken {
+    /// Links that have frames.
+    pub(crate) links: Readable,
+    /// Whether Modbus sockets are ready.
+    pub(crate) modbus: bool,
+}
+
+/// Sleeps until a frame comes, a Modbus client, the alarm or a signal, or `time_out` is over.
+pub(crate) fn wait(
+    links: &[Link],
+    modbus: Option<&Sockets>,
+    alarm: &Alarm,
+    time_out: Option<Duration>,
+) -> nix::Result<Woken> {
+    let mut fds: SmallVec<[PollFd<'_>; 10]> = SmallVec::new();
     let mut positions = Readable::new();
     for (position, link) in links.iter().enumerate() {
         if let Some(fd) = link.interface.as_ref().and_then(SocketCan::fd) {
@@ -30,9 +45,10 @@ pub(crate) fn wait(links: &[Link], alarm: &Alarm, time_out: Option<Duration>) ->
         }
     }
     fds.push(PollFd::new(alarm.fd(), PollFlags::POLLIN));
+    fds.extend(modbus.map(|modbus| PollFd::new(modbus.fd(), PollFlags::POLLIN)));
     match ppoll(&mut fds, time_out.map(TimeSpec::from_duration), None) {
         Ok(_) => {}
-        Err(Errno::EINTR) => return Ok(Readable::new()),
+        Err(Errno::EINTR) => return Ok(Woken::default()),
         Err(error) => return Err(error),
     }
     // An event unknown to us is one all the same.
@@ -41,5 +57,6 @@ pub(crate) fn wait(links: &[Link], alarm: &Alarm, time_out: Option<Duration>) ->
     if is_ready.next().unwrap_or(false) {
         alarm.silence();
     }
-    Ok(positions)
+    let modbus = is_ready.next().unwrap_or(false);
+    Ok(Woken { links: positions, modbus })
 }

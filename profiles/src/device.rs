@@ -215,6 +215,14 @@ impl Device {
         self.publish();
     }
 
+    /// Lets every axis react to the silence of all Modbus clients: as JVL's module is set up, or as its 0x6007 says.
+    pub fn modbus_lost(&mut self, now: Instant) {
+        for unit in &mut self.units {
+            unit.modbus_lost(&mut self.dictionary, now);
+        }
+        self.publish();
+    }
+
     /// The simulated plant behind an axis, to change it or to break something; it acts with the next raster step,
     /// which is due after `now`.
     pub fn plant(&mut self, axis: usize, now: Instant) -> Option<&mut Plant> {

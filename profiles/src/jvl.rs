@@ -1,6 +1,7 @@
 //! JVL's motors behind their modules.
 
 mod command;
+mod ethernet;
 mod fastmac;
 mod follower;
 mod groups;
@@ -11,6 +12,7 @@ mod stepper;
 mod units;
 mod veto;
 
+pub(crate) use ethernet::reaction_to_silence;
 pub(crate) use module::{Module, levels, stops_on_error};
 pub(crate) use objects::{is_stepper_homing, object_of, taken};
 pub(crate) use veto::{of_fastmac, of_register};

@@ -8,7 +8,7 @@ use axis::{Axis, Velocity, Voltage};
 use od::{Dictionary, Slot};
 
 use crate::cia402::units::Units;
-use crate::cia402::{Context, Drive402, SetPoints, View};
+use crate::cia402::{AbortConnection, Context, Drive402, SetPoints, View};
 use crate::slots::{Parameters, Slots};
 use crate::{Binding, Dialect, Fault, Motor, RegisterFile, Role, Space, jvl};
 
@@ -159,11 +159,11 @@ impl Vendor {
         }
     }
 
-    /// Reacts to the loss of the master.
-    pub(crate) fn connection_lost(&mut self, scope: &mut Scope<'_>) {
+    /// Reacts to the loss of the master; after a stop the motor `holds` or becomes passive.
+    pub(crate) fn lose_master(&mut self, reaction: AbortConnection, holds: bool, scope: &mut Scope<'_>) {
         match self {
             Self::None => {}
-            Self::Jvl(module) => module.connection_lost(scope),
+            Self::Jvl(module) => module.lose_master(reaction, holds, scope),
         }
     }
 

@@ -152,7 +152,9 @@ impl Core {
 
     /// Takes the order that a device itself has given; it waits for one that is under way.
     pub(super) fn order_of_device(&mut self, unit: usize, order: StoreOrder) {
-        let Some(Unit { device, members: own, storing, wanted }) = self.units.get_mut(unit) else { return };
+        let Some(Unit { device, members: own, storing, wanted, .. }) = self.units.get_mut(unit) else {
+            return;
+        };
         if storing.is_some() {
             *wanted = Some(order);
             return;

@@ -217,13 +217,13 @@ impl Drive402 {
         }
     }
 
-    /// Reacts to a lost connection as 0x6007 says, if there is power or about to be.
-    pub(crate) fn connection_lost(&mut self, context: &mut Context<'_>) {
+    /// Reacts to a lost connection, if there is power or about to be.
+    pub(crate) fn lose_master(&mut self, reaction: AbortConnection, context: &mut Context<'_>) {
         let has_power = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
         if self.is_shutting_down || !(has_power || self.is_enabling) {
             return;
         }
-        match AbortConnection::of(context.parameters) {
+        match reaction {
             AbortConnection::NoAction => {}
             AbortConnection::Fault => self.raise(Fault::connection_lost(self.dialect), context),
             AbortConnection::DisableVoltage => self.obey(Command::DisableVoltage, context),

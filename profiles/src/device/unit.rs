@@ -11,7 +11,7 @@ use od::{Dictionary, Instant, Schema, Slot};
 
 use crate::cia402::touch_probe::TouchProbe;
 use crate::cia402::units::{Units, factors};
-use crate::cia402::{Context, Drive402, Fault, SetPoints};
+use crate::cia402::{AbortConnection, Context, Drive402, Fault, SetPoints};
 use crate::raster::Alignment;
 use crate::simulated::Simulated;
 use crate::slots::{Parameters, Slots};
@@ -257,12 +257,24 @@ impl Unit {
         self.wake(now);
     }
 
-    /// Reacts to the loss of the master.
+    /// Reacts to the loss of the master as 0x6007 says.
     pub(super) fn connection_lost(&mut self, dictionary: &mut Dictionary, now: Instant) {
+        let parameters = Parameters { dictionary, slots: &self.slots, units: &self.units };
+        let (reaction, holds) = (AbortConnection::of(parameters), jvl::stops_on_error(parameters));
+        self.lose_master(reaction, holds, dictionary, now);
+    }
+
+    fn lose_master(
+        &mut self,
+        reaction: AbortConnection,
+        holds: bool,
+        dictionary: &mut Dictionary,
+        now: Instant,
+    ) {
         let (drive, _, mut context) = self.split(dictionary);
-        drive.connection_lost(&mut context);
+        drive.lose_master(reaction, &mut context);
         let (vendor, mut scope) = self.scope(dictionary);
-        vendor.connection_lost(&mut scope);
+        vendor.lose_master(reaction, holds, &mut scope);
         self.wake(now);
     }
 
@@ -277,6 +289,14 @@ impl Unit {
     /// The next thing that the vendor's vocabulary wants of the device.
     pub(super) fn poll_wish(&mut self) -> Option<Wish> {
         self.vendor.poll_wish()
+    }
+
+    /// Reacts to the silence of all Modbus clients: as the setup bits of JVL's module say, or else as to any other loss.
+    pub(super) fn modbus_lost(&mut self, dictionary: &mut Dictionary, now: Instant) {
+        match self.registers.get(dictionary, Role::ModuleSetupBits) {
+            Some(setup) => self.lose_master(jvl::reaction_to_silence(setup), true, dictionary, now),
+            None => self.connection_lost(dictionary, now),
+        }
     }
 
     /// The vocabulary of the vendor, and what it works with.

@@ -12,7 +12,7 @@ use super::motor::MacMotor;
 use super::stepper::MisMotor;
 
 use crate::cia402::units;
-use crate::cia402::{Drive402, View};
+use crate::cia402::{AbortConnection, Drive402, View};
 use crate::slots::Parameters;
 use crate::vendor::{Scope, Wish};
 use crate::{Binding, Fault, Motor, MotorKind, RegisterFile, Role, Space, State, Statusword};
@@ -208,11 +208,11 @@ impl Module {
     }
 
     /// Reacts to the loss of the master.
-    pub(crate) fn connection_lost(&mut self, scope: &mut Scope<'_>) {
+    pub(crate) fn lose_master(&mut self, reaction: AbortConnection, holds: bool, scope: &mut Scope<'_>) {
         match &mut self.motor {
             Registers::Plain => {}
-            Registers::Mac(motor) => motor.connection_lost(scope),
-            Registers::Mis(motor) => motor.connection_lost(scope),
+            Registers::Mac(motor) => motor.lose_master(reaction, holds, scope),
+            Registers::Mis(motor) => motor.lose_master(reaction, holds, scope),
         }
     }
 

@@ -187,13 +187,13 @@ impl MisMotor {
         self.counters.rest(seconds);
     }
 
-    /// The master is gone: a motor with power does as 0x6007 says. After a quick stop it holds if the error action of
-    /// the module says so, and is passive otherwise.
-    pub(crate) fn connection_lost(&mut self, scope: &mut Scope<'_>) {
+    /// The master is gone: a motor with power does as told, and where that is a quick stop it then `holds` or becomes
+    /// passive.
+    pub(crate) fn lose_master(&mut self, reaction: AbortConnection, holds: bool, scope: &mut Scope<'_>) {
         if !self.runs_axis() || self.is_shutting_down {
             return;
         }
-        match AbortConnection::of(scope.parameters()) {
+        match reaction {
             AbortConnection::NoAction => {}
             AbortConnection::Fault => {
                 let fault = Fault::connection_lost(scope.dialect);
@@ -201,9 +201,8 @@ impl MisMotor {
             }
             AbortConnection::DisableVoltage => self.go_passive(&mut self.sample(scope)),
             AbortConnection::QuickStop => {
-                let stays = crate::jvl::stops_on_error(scope.parameters());
                 let sample = &mut self.sample(scope);
-                self.brake(!stays, sample);
+                self.brake(!holds, sample);
                 self.run(sample);
             }
         }

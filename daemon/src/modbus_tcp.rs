@@ -1,0 +1,291 @@
+//! The sockets of Modbus clients, served by the core thread itself.
+//!
+//! Readiness is asked for once for all sockets, by an epoll descriptor among those that the core thread sleeps on. Those
+//! that are ready wait in a queue; of each one request is served in turn ([`Sockets::serve_next`]), and the core thread
+//! looks at its other duties after each.
+
+mod listen;
+mod setup;
+
+use core::time::Duration;
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::os::fd::{AsFd, BorrowedFd};
+
+use config::Network;
+use nix::sys::epoll::{Epoll, EpollCreateFlags, EpollEvent, EpollFlags, EpollTimeout};
+use od::Instant;
+
+use crate::core::{ClientId, Core};
+
+use listen::listen;
+pub(crate) use setup::{introduce, listen_all};
+
+/// Events that are taken at once.
+const EVENTS: usize = 64;
+/// Bytes that are read at once: more requests than a client has under way.
+const CHUNK: usize = 2048;
+/// Clients of one listener that are let in before everything else has its turn again.
+const ACCEPTED_AT_ONCE: usize = 8;
+/// When a listener is tried again that could not let a client in, for want of descriptors.
+const RETRY_ACCEPT: Duration = Duration::from_millis(500);
+/// The highest bit of an event's number tells a listener from a client.
+const IS_LISTENER: u64 = 1 << 63;
+
+/// Addresses on which clients are served alike, listened on.
+#[derive(Debug)]
+pub(crate) struct Listening {
+    pub(crate) listeners: Vec<TcpListener>,
+    pub(crate) allow: Vec<Network>,
+    pub(crate) read_only: Vec<Network>,
+}
+
+#[derive(Debug)]
+struct Socket {
+    listener: TcpListener,
+    /// Its number in the core.
+    number: usize,
+    /// When it is listened on again.
+    retry: Option<Instant>,
+}
+
+#[derive(Debug)]
+struct Connection {
+    stream: TcpStream,
+    is_queued: bool,
+    /// Waits for the client to take its answers.
+    is_blocked: bool,
+}
+
+/// See the module's documentation.
+#[derive(Debug)]
+pub(crate) struct Sockets {
+    epoll: Epoll,
+    listening: Vec<Listening>,
+    sockets: Vec<Socket>,
+    /// By the numbers of the clients.
+    connections: Vec<Option<Connection>>,
+    ready: VecDeque<ClientId>,
+    chunk: Vec<u8>,
+}
+
+/// What reading or writing led to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    Done,
+    /// The other side has to do something first.
+    Blocked,
+    Over,
+}
+
+impl Sockets {
+    /// The sockets of all listeners, in the order of the core's.
+    ///
+    /// # Errors
+    /// The operating system has no descriptors left.
+    pub(crate) fn new(mut listening: Vec<Listening>) -> io::Result<Self> {
+        let epoll = Epoll::new(EpollCreateFlags::EPOLL_CLOEXEC)?;
+        let mut sockets = Vec::new();
+        for (number, own) in listening.iter_mut().enumerate() {
+            for listener in own.listeners.drain(..) {
+                let event = EpollEvent::new(EpollFlags::EPOLLIN, IS_LISTENER | sockets.len() as u64);
+                epoll.add(&listener, event)?;
+                sockets.push(Socket { listener, number, retry: None });
+            }
+        }
+        let (connections, ready) = (Vec::new(), VecDeque::new());
+        Ok(Self { epoll, listening, sockets, connections, ready, chunk: vec![0; CHUNK] })
+    }
+
+    /// What becomes readable when [`Sockets::take_events`] has something to take.
+    pub(crate) fn fd(&self) -> BorrowedFd<'_> {
+        self.epoll.0.as_fd()
+    }
+
+    /// When a listener is to be tried again.
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
+        self.sockets.iter().filter_map(|socket| socket.retry).min()
+    }
+
+    /// Whether a client waits to be served.
+    pub(crate) fn has_ready(&self) -> bool {
+        !self.ready.is_empty()
+    }
+
+    /// How many clients wait to be served.
+    pub(crate) fn ready(&self) -> usize {
+        self.ready.len()
+    }
+
+    /// Lets clients in, and queues those that are ready.
+    pub(crate) fn take_events(&mut self, now: Instant, core: &mut Core) {
+        let mut events = [EpollEvent::empty(); EVENTS];
+        // An interrupted look is made again.
+        let count = self.epoll.wait(&mut events, EpollTimeout::ZERO).unwrap_or(0);
+        for event in events.iter().take(count) {
+            match event.data() {
+                listener if listener & IS_LISTENER != 0 => {
+                    self.accept(now, core, (listener & !IS_LISTENER) as usize);
+                }
+                client => self.queue(ClientId(client as u16)),
+            }
+        }
+    }
+
+    /// Tries listeners again, and closes connections that the core has given up.
+    pub(crate) fn handle_timeout(&mut self, now: Instant, core: &mut Core) {
+        for position in 0..self.sockets.len() {
+            let Some(socket) = self.sockets.get_mut(position) else { continue };
+            if socket.retry.is_some_and(|retry| retry <= now) {
+                socket.retry = None;
+                let event = EpollEvent::new(EpollFlags::EPOLLIN, IS_LISTENER | position as u64);
+                if self.epoll.add(&socket.listener, event).is_err() {
+                    socket.retry = Some(now + RETRY_ACCEPT);
+                }
+            }
+        }
+        while let Some(client) = core.poll_closed() {
+            self.flush(core, client);
+            self.close(core, client);
+        }
+    }
+
+    /// Reads from the client that has waited longest, serves one request of it and sends the answer. Whether there was
+    /// such a client.
+    pub(crate) fn serve_next(&mut self, now: Instant, core: &mut Core) -> bool {
+        let Some(client) = self.ready.pop_front() else { return false };
+        let Some(Some(connection)) = self.connections.get_mut(usize::from(client.0)) else { return true };
+        connection.is_queued = false;
+        if connection.is_blocked && self.flush(core, client) != Outcome::Done {
+            return true;
+        }
+        if !core.has_request(client) && self.read(now, core, client) == Outcome::Over {
+            self.close(core, client);
+            return true;
+        }
+        let is_served = core.serve(now, client);
+        let outcome = if is_served { self.flush(core, client) } else { Outcome::Done };
+        if outcome != Outcome::Over && core.is_closing(client) {
+            self.close(core, client);
+        } else if outcome == Outcome::Done && core.has_request(client) {
+            self.queue(client);
+        }
+        true
+    }
+
+    fn queue(&mut self, client: ClientId) {
+        if let Some(Some(connection)) = self.connections.get_mut(usize::from(client.0))
+            && !core::mem::replace(&mut connection.is_queued, true)
+        {
+            self.ready.push_back(client);
+        }
+    }
+
+    fn accept(&mut self, now: Instant, core: &mut Core, position: usize) {
+        for _ in 0..ACCEPTED_AT_ONCE {
+            let Some(socket) = self.sockets.get_mut(position) else { return };
+            let number = socket.number;
+            match socket.listener.accept() {
+                Ok((stream, peer)) => self.admit(now, core, number, stream, peer),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return,
+                // The client has left already.
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::ConnectionAborted | ErrorKind::Interrupted) => {}
+                Err(_) => {
+                    // Otherwise the core thread would be woken by it again and again.
+                    let _ = self.epoll.delete(&socket.listener);
+                    socket.retry = Some(now + RETRY_ACCEPT);
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Lets a client in, if it may connect and has a place. One that has not is closed by being dropped.
+    fn admit(&mut self, now: Instant, core: &mut Core, number: usize, stream: TcpStream, peer: SocketAddr) {
+        let Some(Listening { allow, read_only, .. }) = self.listening.get(number) else { return };
+        let is_in = |networks: &[Network]| networks.iter().any(|network| network.contains(peer.ip()));
+        if !allow.is_empty() && !is_in(allow) {
+            core.turn_away(number);
+            return;
+        }
+        let reads_only = is_in(read_only);
+        if listen::prepare(&stream).is_err() {
+            return;
+        }
+        let Ok(client) = core.connect(now, number, peer, reads_only) else { return };
+        // Its place may be that of the client whom it replaces.
+        self.handle_timeout(now, core);
+        let event = EpollEvent::new(EpollFlags::EPOLLIN, client.0.into());
+        if self.epoll.add(&stream, event).is_err() {
+            core.disconnect(client);
+            return;
+        }
+        let place = usize::from(client.0);
+        if self.connections.len() <= place {
+            self.connections.resize_with(place + 1, || None);
+        }
+        if let Some(connection) = self.connections.get_mut(place) {
+            *connection = Some(Connection { stream, is_queued: false, is_blocked: false });
+        }
+    }
+
+    fn read(&mut self, now: Instant, core: &mut Core, client: ClientId) -> Outcome {
+        let Self { connections, chunk, .. } = self;
+        let Some(Some(connection)) = connections.get_mut(usize::from(client.0)) else { return Outcome::Over };
+        let room = core.room(client).min(CHUNK);
+        match connection.stream.read(chunk.get_mut(..room).unwrap_or_default()) {
+            Ok(0) if room > 0 => Outcome::Over,
+            Ok(length) => {
+                core.receive(now, client, chunk.get(..length).unwrap_or_default());
+                Outcome::Done
+            }
+            Err(error) if is_temporary(&error) => Outcome::Blocked,
+            Err(_) => Outcome::Over,
+        }
+    }
+
+    /// Sends what a client is to be told. One that does not take it is read from no more until it does; a connection
+    /// that is over is closed.
+    fn flush(&mut self, core: &mut Core, client: ClientId) -> Outcome {
+        let Self { connections, epoll, .. } = self;
+        let Some(Some(connection)) = connections.get_mut(usize::from(client.0)) else { return Outcome::Over };
+        let outcome = loop {
+            let output = core.output(client);
+            if output.is_empty() {
+                break Outcome::Done;
+            }
+            match connection.stream.write(output) {
+                Ok(length) => core.sent(client, length),
+                Err(error) if is_temporary(&error) => break Outcome::Blocked,
+                Err(_) => break Outcome::Over,
+            }
+        };
+        let is_blocked = outcome == Outcome::Blocked;
+        if is_blocked != connection.is_blocked {
+            connection.is_blocked = is_blocked;
+            let flags = if is_blocked { EpollFlags::EPOLLOUT } else { EpollFlags::EPOLLIN };
+            let mut event = EpollEvent::new(flags, client.0.into());
+            // It cannot fail for a descriptor that was added.
+            let _ = epoll.modify(&connection.stream, &mut event);
+        }
+        if outcome == Outcome::Over {
+            self.close(core, client);
+        }
+        outcome
+    }
+
+    /// Closing a descriptor takes it out of the epoll descriptor, too.
+    fn close(&mut self, core: &mut Core, client: ClientId) {
+        if let Some(connection) = self.connections.get_mut(usize::from(client.0)) {
+            *connection = None;
+        }
+        self.ready.retain(|waiting| *waiting != client);
+        core.disconnect(client);
+    }
+}
+
+fn is_temporary(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}

@@ -1,0 +1,80 @@
+//! From the configuration to listeners, maps and owners.
+
+use std::sync::Arc;
+
+use ::modbus::{Dialect, Permissions, WordOrder};
+use config::Gateway;
+use od::{Bus, Owner};
+
+use super::{Listening, listen};
+use crate::cli::Failure;
+use crate::core::{Core, ListenerPlan, ModbusPlan, WhenFull, identification, map};
+
+/// Binds every address.
+///
+/// # Errors
+/// One of them cannot be listened on.
+pub(crate) fn listen_all(gateway: &Gateway) -> Result<Vec<Listening>, Failure> {
+    let listening = |listener: &config::Listener| {
+        let bind = |address| {
+            listen(address).map_err(|error| {
+                let advice = "choose another port, or let the service use it";
+                Failure::Other(format!("cannot serve Modbus on {address}: {error}; {advice}"))
+            })
+        };
+        Ok(Listening {
+            listeners: listener.listen.iter().copied().map(bind).collect::<Result<_, _>>()?,
+            allow: listener.allow.clone(),
+            read_only: listener.read_only.clone(),
+        })
+    };
+    gateway.modbus.iter().map(listening).collect()
+}
+
+/// Tells the core of listeners, of the devices behind them and of who may command these.
+pub(crate) fn introduce(core: &mut Core, gateway: &Gateway) {
+    for listener in &gateway.modbus {
+        core.add_listener(ListenerPlan {
+            max_clients: listener.max_clients,
+            when_full: match listener.when_full {
+                config::WhenFull::Refuse => WhenFull::Refuse,
+                config::WhenFull::Replace => WhenFull::Replace,
+            },
+            idle_timeout: listener.idle_timeout,
+            permissions: Permissions { read_only: false, write: listener.write.clone() },
+            device: listener.device,
+            is_own: listener.is_own,
+        });
+    }
+    for (number, device) in gateway.devices.iter().enumerate() {
+        core.set_owner(number, device.owner.map(owner));
+        if !gateway.modbus.is_empty() {
+            core.show_on_modbus(number, plan(device));
+        }
+    }
+}
+
+/// Who that is for the write gate.
+fn owner(owner: config::Owner) -> Owner {
+    match owner {
+        config::Owner::Bus(bus) => Owner { bus: Bus::CanOpen, link: Some(bus as u16) },
+        config::Owner::Modbus => Owner { bus: Bus::Modbus, link: None },
+    }
+}
+
+fn plan(device: &config::Device) -> ModbusPlan {
+    let dialect = match device.modbus.dialect {
+        config::ModbusDialect::Jvl => Dialect::Jvl,
+        config::ModbusDialect::Full => Dialect::Full,
+    };
+    let order = match device.modbus.word_order {
+        config::WordOrder::LowFirst => WordOrder::LowFirst,
+        config::WordOrder::HighFirst => WordOrder::HighFirst,
+    };
+    ModbusPlan {
+        unit: device.unit_id,
+        map: Arc::new(map(&device.profile, dialect, order)),
+        identification: identification(&device.profile, &device.name),
+        timeout: device.modbus.timeout,
+    }
+}

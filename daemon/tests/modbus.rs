@@ -1,0 +1,368 @@
+//! Modbus clients of a core, on virtual time.
+
+mod common;
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use common::Bench;
+use daemon::core::{ClientId, ListenerPlan, ModbusPlan, Notice, Refused, WhenFull, Who, identification, map};
+use modbus::{Dialect, Permissions, WordOrder, tcp_adu};
+use od::{Address, Bus, Owner};
+use profiles::{Profile, State};
+
+const MODBUS: Owner = Owner { bus: Bus::Modbus, link: None };
+const CAN: Owner = Owner { bus: Bus::CanOpen, link: Some(0) };
+/// "Abort because of the present device state" for 0x6040:00 of node 1.
+const REFUSED: &str = "581#8040600022000008";
+
+/// A core whose devices, servos at the given nodes of the first link, are reached by Modbus.
+struct Gateway {
+    bench: Bench,
+    profile: Arc<Profile>,
+    map: modbus::Map,
+}
+
+fn peer(number: u8) -> SocketAddr {
+    SocketAddr::from(([10, 0, 0, number], 1000))
+}
+
+fn listener() -> ListenerPlan {
+    ListenerPlan { max_clients: 64, device: Some(0), ..ListenerPlan::default() }
+}
+
+impl Gateway {
+    fn new(nodes: &[u8]) -> Self {
+        Self::with(nodes, listener(), None)
+    }
+
+    fn with(nodes: &[u8], listener: ListenerPlan, timeout: Option<Duration>) -> Self {
+        let profile = Arc::new(Profile::embedded("cia402-servo", None).unwrap().unwrap());
+        let places: Vec<Vec<(u16, u8)>> = nodes.iter().map(|node| vec![(0, *node)]).collect();
+        let places: Vec<&[(u16, u8)]> = places.iter().map(Vec::as_slice).collect();
+        let mut bench = Bench::of(&profile, &places);
+        let map = map(&profile, Dialect::Full, WordOrder::LowFirst);
+        for (device, node) in nodes.iter().enumerate() {
+            let plan = ModbusPlan {
+                unit: Some(*node),
+                map: Arc::new(map.clone()),
+                identification: identification(&profile, "axis"),
+                timeout,
+            };
+            bench.core.show_on_modbus(device, plan);
+        }
+        bench.core.add_listener(listener);
+        // Until the axes have started.
+        bench.run(Duration::from_millis(100));
+        Self { bench, profile, map }
+    }
+
+    fn connect(&mut self) -> ClientId {
+        self.bench.core.connect(self.bench.now, 0, peer(1), false).unwrap()
+    }
+
+    /// Sends a PDU to `unit` and gives the PDU that comes back.
+    fn ask(&mut self, client: ClientId, unit: u8, pdu: &str) -> String {
+        let core = &mut self.bench.core;
+        core.receive(self.bench.now, client, &tcp_adu(1, unit, &bytes(pdu)));
+        assert!(core.serve(self.bench.now, client));
+        let answer = core.output(client).to_vec();
+        core.sent(client, answer.len());
+        assert_eq!(answer[6], unit);
+        answer[7..].iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The first register of an object, as it stands in a request.
+    fn at(&self, index: u16, sub: u8) -> String {
+        let slot = self.profile.application.slot(Address::new(index, sub)).unwrap();
+        let first = self.map.listing().find(|listed| listed.slot == slot).unwrap().first;
+        format!("{:02X} {:02X}", first >> 8, first & 0xFF)
+    }
+
+    fn write16(&mut self, client: ClientId, index: u16, value: u16) -> String {
+        let at = self.at(index, 0);
+        self.ask(client, 1, &format!("06 {at} {:02X} {:02X}", value >> 8, value & 0xFF))
+    }
+
+    fn write32(&mut self, client: ClientId, index: u16, value: u32) -> String {
+        let at = self.at(index, 0);
+        let [a, b, c, d] = value.to_be_bytes();
+        self.ask(client, 1, &format!("10 {at} 00 02 04 {c:02X} {d:02X} {a:02X} {b:02X}"))
+    }
+
+    fn read32(&mut self, client: ClientId, index: u16) -> i32 {
+        let at = self.at(index, 0);
+        let answer = bytes(&self.ask(client, 1, &format!("03 {at} 00 02")));
+        i32::from_be_bytes([answer[4], answer[5], answer[2], answer[3]])
+    }
+
+    /// Lets the axis of unit 1 turn in profile velocity mode.
+    fn turn(&mut self, client: ClientId) {
+        self.write16(client, 0x6060, 3);
+        for controlword in [0x06, 0x07, 0x0F] {
+            self.write16(client, 0x6040, controlword);
+            self.bench.run(Duration::from_millis(100));
+        }
+        self.write32(client, 0x60FF, 5000);
+        self.bench.run(Duration::from_millis(500));
+        assert_eq!(self.state(), State::OperationEnabled);
+    }
+
+    fn state(&self) -> State {
+        self.bench.core.devices().next().unwrap().axes().next().unwrap().state
+    }
+
+    fn notices(&mut self) -> Vec<Notice> {
+        std::iter::from_fn(|| self.bench.core.poll_notice()).map(|(_, notice)| notice).collect()
+    }
+}
+
+fn bytes(text: &str) -> Vec<u8> {
+    text.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect()
+}
+
+#[test]
+fn an_axis_moves_by_registers_alone() {
+    let mut gateway = Gateway::new(&[1]);
+    let client = gateway.connect();
+    gateway.write16(client, 0x6060, 1);
+    for controlword in [0x06, 0x07, 0x0F] {
+        gateway.write16(client, 0x6040, controlword);
+        gateway.bench.run(Duration::from_millis(100));
+    }
+    gateway.write32(client, 0x607A, 10_000);
+    gateway.write16(client, 0x6040, 0x1F);
+    gateway.bench.run(Duration::from_millis(100));
+    let under_way = gateway.read32(client, 0x6064);
+    assert!((1..9_000).contains(&under_way), "{under_way}");
+    // What the axis shows between two requests is what it is then: nothing else had the raster run.
+    gateway.bench.now = gateway.bench.now + Duration::from_millis(10);
+    assert!(gateway.read32(client, 0x6064) > under_way);
+    gateway.bench.run(Duration::from_secs(10));
+    assert!((9_990..=10_010).contains(&gateway.read32(client, 0x6064)));
+}
+
+#[test]
+fn what_a_client_writes_is_seen_on_the_bus_and_the_other_way_round() {
+    let mut gateway = Gateway::new(&[1]);
+    let client = gateway.connect();
+    gateway.write32(client, 0x607A, 0x0102_0304);
+    assert_eq!(gateway.bench.send("601#407A600000000000"), ["581#437A600004030201"]);
+    gateway.bench.write(1, 0x607A, 0, &[5, 0, 0, 0]);
+    assert_eq!(gateway.read32(client, 0x607A), 5);
+}
+
+#[test]
+fn a_unit_is_a_node_and_0_and_255_are_the_one_that_is_configured() {
+    let mut gateway = Gateway::new(&[1, 2]);
+    let client = gateway.connect();
+    for (unit, value) in [(1, 11), (2, 22)] {
+        let at = gateway.at(0x607A, 0);
+        gateway.ask(client, unit, &format!("10 {at} 00 02 04 00 {value} 00 00"));
+    }
+    let at = gateway.at(0x607A, 0);
+    let read = format!("03 {at} 00 01");
+    for (unit, answer) in [(1, "03 02 00 11"), (2, "03 02 00 22"), (0, "03 02 00 11"), (255, "03 02 00 11")] {
+        assert_eq!(gateway.ask(client, unit, &read), answer, "unit {unit}");
+    }
+    for unit in [3, 127, 254] {
+        assert_eq!(gateway.ask(client, unit, &read), "83 0B", "unit {unit}");
+    }
+}
+
+#[test]
+fn units_0_and_255_are_nobody_among_several_unless_configured() {
+    let mut gateway = Gateway::with(&[1, 2], ListenerPlan { device: None, ..listener() }, None);
+    let client = gateway.connect();
+    for unit in [0, 255] {
+        assert_eq!(gateway.ask(client, unit, "03 10 00 00 01"), "83 0B");
+    }
+}
+
+#[test]
+fn on_a_listener_of_its_own_a_device_is_every_unit() {
+    let own = ListenerPlan { device: Some(1), is_own: true, ..listener() };
+    let mut gateway = Gateway::with(&[1, 2], own, None);
+    let client = gateway.connect();
+    gateway.bench.write(2, 0x607A, 0, &[7, 0, 0, 0]);
+    let at = gateway.at(0x607A, 0);
+    for unit in [0, 1, 2, 99, 255] {
+        assert_eq!(gateway.ask(client, unit, &format!("03 {at} 00 01")), "03 02 00 07", "unit {unit}");
+    }
+}
+
+#[test]
+fn a_full_listener_sends_the_next_client_away() {
+    let mut gateway = Gateway::with(&[1], ListenerPlan { max_clients: 1, ..listener() }, None);
+    let first = gateway.connect();
+    let second = gateway.bench.core.connect(gateway.bench.now, 0, peer(2), false);
+    assert_eq!(second, Err(Refused));
+    gateway.bench.core.disconnect(first);
+    assert!(gateway.bench.core.connect(gateway.bench.now, 0, peer(2), false).is_ok());
+    let counters = gateway.bench.core.modbus_listeners().next().unwrap();
+    assert_eq!((counters.clients, counters.accepted, counters.refused), (1, 2, 1));
+}
+
+#[test]
+fn or_the_next_client_takes_the_place_of_the_longest_silent_one() {
+    let plan = ListenerPlan { max_clients: 2, when_full: WhenFull::Replace, ..listener() };
+    let mut gateway = Gateway::with(&[1], plan, None);
+    let (first, second) = (gateway.connect(), gateway.connect());
+    gateway.bench.now = gateway.bench.now + Duration::from_secs(1);
+    gateway.ask(first, 1, "03 10 00 00 01");
+    let third = gateway.connect();
+    assert_eq!(gateway.bench.core.poll_closed(), Some(second));
+    assert!(gateway.bench.core.is_closing(second) && !gateway.bench.core.is_closing(first));
+    gateway.bench.core.disconnect(second);
+    assert_eq!(gateway.bench.core.poll_closed(), None);
+    gateway.ask(third, 1, "03 10 00 00 01");
+    let counters = gateway.bench.core.modbus_listeners().next().unwrap();
+    assert_eq!((counters.clients, counters.replaced), (2, 1));
+}
+
+#[test]
+fn a_client_that_asks_for_nothing_is_sent_away() {
+    let idle = Duration::from_secs(60);
+    let mut gateway = Gateway::with(&[1], ListenerPlan { idle_timeout: Some(idle), ..listener() }, None);
+    let (busy, silent) = (gateway.connect(), gateway.connect());
+    gateway.bench.run(Duration::from_secs(30));
+    gateway.ask(busy, 1, "03 10 00 00 01");
+    gateway.bench.run(Duration::from_secs(29));
+    assert_eq!(gateway.bench.core.poll_closed(), None);
+    gateway.bench.run(Duration::from_secs(1));
+    assert_eq!(gateway.bench.core.poll_closed(), Some(silent));
+    gateway.bench.run(Duration::from_secs(30));
+    assert_eq!(gateway.bench.core.poll_closed(), Some(busy));
+    assert_eq!(gateway.bench.core.modbus_listeners().next().unwrap().idle, 2);
+    assert_eq!(gateway.bench.core.modbus_listeners().next().unwrap().clients, 0);
+}
+
+#[test]
+fn clients_that_may_only_read_and_registers_that_may_not_be_written() {
+    let permissions = Permissions { read_only: false, write: vec![0x7000..=0x7001] };
+    let mut gateway = Gateway::with(&[1], ListenerPlan { permissions, ..listener() }, None);
+    let client = gateway.connect();
+    assert_eq!(gateway.write16(client, 0x6040, 6), "86 02");
+    let mut gateway = Gateway::new(&[1]);
+    let reader = gateway.bench.core.connect(gateway.bench.now, 0, peer(2), true).unwrap();
+    assert_eq!(gateway.write16(reader, 0x6040, 6), "86 02");
+    assert_eq!(gateway.read32(reader, 0x6064), 0);
+}
+
+#[test]
+fn only_the_configured_owner_commands_and_everybody_reads() {
+    let mut gateway = Gateway::new(&[1]);
+    let client = gateway.connect();
+    gateway.bench.core.set_owner(0, Some(MODBUS));
+    assert_eq!(gateway.bench.send("601#2B40600006000000"), [REFUSED]);
+    assert_eq!(gateway.bench.send("601#4040600000000000"), ["581#4B40600000000000"]);
+    assert!(gateway.write16(client, 0x6040, 6).starts_with("06"));
+    gateway.bench.core.set_owner(0, Some(CAN));
+    assert_eq!(gateway.write16(client, 0x6040, 7), "86 04");
+    gateway.bench.write(1, 0x6040, 0, &[7, 0]);
+    // A parameter is no command.
+    assert!(gateway.write32(client, 0x6081, 100).starts_with("10"));
+}
+
+#[test]
+fn an_axis_is_claimed_and_released() {
+    let mut gateway = Gateway::new(&[1]);
+    let client = gateway.connect();
+    gateway.bench.core.claim(0, 0, MODBUS).unwrap();
+    assert_eq!(gateway.bench.core.owner(0, 0), Some(MODBUS));
+    assert_eq!(gateway.bench.send("601#2B40600006000000"), [REFUSED]);
+    gateway.bench.core.claim(0, 0, CAN).unwrap();
+    assert_eq!(gateway.write16(client, 0x6040, 6), "86 04");
+    gateway.bench.core.release(0, 0).unwrap();
+    assert!(gateway.write16(client, 0x6040, 6).starts_with("06"));
+    // Released is as configured.
+    gateway.bench.core.set_owner(0, Some(CAN));
+    gateway.bench.core.claim(0, 0, MODBUS).unwrap();
+    gateway.bench.core.release(0, 0).unwrap();
+    assert_eq!(gateway.bench.core.owner(0, 0), Some(CAN));
+    assert!(gateway.bench.core.claim(0, 1, MODBUS).is_err() && gateway.bench.core.release(1, 0).is_err());
+}
+
+#[test]
+fn a_reset_of_the_node_leaves_the_owner() {
+    let mut gateway = Gateway::new(&[1]);
+    gateway.bench.core.claim(0, 0, MODBUS).unwrap();
+    gateway.bench.send("000#8101");
+    assert_eq!(gateway.bench.send("601#2B40600006000000"), [REFUSED]);
+}
+
+#[test]
+fn one_trail_tells_who_commanded_what() {
+    let mut gateway = Gateway::new(&[1]);
+    let client = gateway.connect();
+    gateway.bench.write(1, 0x6040, 0, &[6, 0]);
+    gateway.bench.now = gateway.bench.now + Duration::from_millis(1);
+    for target in 1..=3 {
+        gateway.write32(client, 0x607A, target);
+    }
+    let trail = gateway.bench.core.commands(0);
+    let told: Vec<_> = trail.iter().map(|c| (c.who, c.address.index, c.raw, c.count)).collect();
+    let can = Who::CanOpen(common::LINK);
+    assert_eq!(told, [(Who::Modbus(peer(1)), 0x607A, 3, 3), (can, 0x6040, 6, 1)]);
+}
+
+#[test]
+fn silent_clients_are_a_lost_master() {
+    let mut gateway = Gateway::with(&[1], listener(), Some(Duration::from_millis(800)));
+    let client = gateway.connect();
+    gateway.turn(client);
+    gateway.bench.run(Duration::from_millis(100));
+    assert_eq!(gateway.state(), State::OperationEnabled);
+    gateway.read32(client, 0x6064);
+    gateway.notices();
+    gateway.bench.run(Duration::from_millis(799));
+    assert_eq!(gateway.state(), State::OperationEnabled);
+    gateway.bench.run(Duration::from_millis(1));
+    // 0x6007 says what then happens: by default a fault.
+    assert_ne!(gateway.state(), State::OperationEnabled);
+    assert!(gateway.notices().contains(&Notice::ModbusLost));
+    // It is told once, and again only after another request.
+    gateway.bench.run(Duration::from_secs(10));
+    assert!(!gateway.notices().contains(&Notice::ModbusLost));
+    gateway.read32(client, 0x6064);
+    gateway.bench.run(Duration::from_secs(1));
+    assert!(gateway.notices().contains(&Notice::ModbusLost));
+}
+
+#[test]
+fn silence_means_nothing_before_the_first_request_and_to_an_axis_of_somebody_else() {
+    let mut gateway = Gateway::with(&[1], listener(), Some(Duration::from_millis(200)));
+    gateway.connect();
+    gateway.bench.run(Duration::from_secs(1));
+    assert!(!gateway.notices().contains(&Notice::ModbusLost));
+    gateway.bench.core.set_owner(0, Some(CAN));
+    let client = gateway.connect();
+    gateway.read32(client, 0x6064);
+    gateway.bench.run(Duration::from_secs(1));
+    assert!(!gateway.notices().contains(&Notice::ModbusLost));
+}
+
+#[test]
+fn a_request_that_was_not_served_does_not_end_the_silence() {
+    let mut gateway = Gateway::with(&[1], listener(), Some(Duration::from_millis(200)));
+    let client = gateway.connect();
+    gateway.read32(client, 0x6064);
+    // Half a request, and one for nobody.
+    gateway.bench.run(Duration::from_millis(150));
+    gateway.ask(client, 99, "03 10 00 00 01");
+    gateway.bench.core.receive(gateway.bench.now, client, &[0, 1, 0, 0]);
+    gateway.bench.run(Duration::from_millis(50));
+    assert!(gateway.notices().contains(&Notice::ModbusLost));
+}
+
+#[test]
+fn what_is_due_on_a_device_runs_before_a_request_and_its_node_speaks_after_it() {
+    let mut gateway = Gateway::new(&[1]);
+    let client = gateway.connect();
+    gateway.bench.map(1, 0x1800, 0x181, 0x607A_0020);
+    gateway.bench.send("000#0101");
+    gateway.write32(client, 0x607A, 0x11);
+    let sent = gateway.bench.sent_on(common::LINK);
+    assert!(sent.contains(&"181#11000000".to_owned()), "{sent:?}");
+}

@@ -40,6 +40,15 @@ enum Command {
         #[arg(long, value_name = "NAME")]
         device: String,
     },
+    /// Print the Modbus registers of a device
+    Registers {
+        /// Configuration file
+        #[arg(long, value_name = "FILE")]
+        config: PathBuf,
+        /// Name of the device
+        #[arg(long, value_name = "NAME")]
+        device: String,
+    },
 }
 
 #[derive(Args, Debug)]
@@ -86,6 +95,7 @@ pub fn main() -> ExitCode {
         Command::Run(Run { source: Source { config: None, .. }, socketcand }) => run::demo(socketcand),
         Command::Check { file, json } => commands::check(&file, json),
         Command::Eds { config, device } => commands::eds(&config, &device),
+        Command::Registers { config, device } => commands::registers(&config, &device),
     };
     conclude("axisd", done)
 }

@@ -4,9 +4,10 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use config::{Diagnostic, Diagnostics, Gateway};
+use config::{Device, Diagnostic, Diagnostics, Gateway};
 
 use crate::cli::Failure;
+use crate::{modbus_tcp, registers};
 
 /// The configuration in `file`.
 pub(crate) fn load(file: &Path) -> Result<Gateway, Failure> {
@@ -52,13 +53,24 @@ pub(crate) fn check(file: &Path, as_json: bool) -> Result<(), Failure> {
 /// `axisd eds`.
 pub(crate) fn eds(file: &Path, name: &str) -> Result<(), Failure> {
     let gateway = load(file)?;
-    let Some(device) = gateway.devices.iter().find(|device| device.name == name) else {
-        let known: Vec<_> = gateway.devices.iter().map(|device| device.name.as_str()).collect();
-        let text = format!("no device `{name}` in {}; there are: {}", file.display(), known.join(", "));
-        return Err(Failure::Other(text));
-    };
+    let device = find(&gateway, file, name)?;
     let identity = profiles::Identity { serial: device.serial, ..profiles::Identity::default() };
     print(&profiles::Profile::clone(&device.profile).with_identity(identity).eds())
+}
+
+/// `axisd registers`.
+pub(crate) fn registers(file: &Path, name: &str) -> Result<(), Failure> {
+    let gateway = load(file)?;
+    let device = find(&gateway, file, name)?;
+    print(&registers::text(&device.profile, modbus_tcp::dialect(device.modbus.dialect)))
+}
+
+fn find<'g>(gateway: &'g Gateway, file: &Path, name: &str) -> Result<&'g Device, Failure> {
+    gateway.devices.iter().find(|device| device.name == name).ok_or_else(|| {
+        let known: Vec<_> = gateway.devices.iter().map(|device| device.name.as_str()).collect();
+        let text = format!("no device `{name}` in {}; there are: {}", file.display(), known.join(", "));
+        Failure::Other(text)
+    })
 }
 
 /// Writes to standard output; a reader that has left has seen enough.

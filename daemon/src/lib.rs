@@ -22,6 +22,7 @@ mod log;
 mod modbus_tcp;
 pub mod motion;
 pub mod objects;
+pub mod registers;
 mod reporter;
 mod run;
 mod service_manager;

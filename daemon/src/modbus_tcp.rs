@@ -20,7 +20,7 @@ use od::Instant;
 use crate::core::{ClientId, Core};
 
 use listen::listen;
-pub(crate) use setup::{introduce, listen_all};
+pub(crate) use setup::{dialect, introduce, listen_all};
 
 /// Events that are taken at once.
 const EVENTS: usize = 64;

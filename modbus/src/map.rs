@@ -181,7 +181,7 @@ impl Map {
         self
     }
 
-    /// Adds every entry of `schema` that has a fixed length, in the order of the addresses: from 0x1000 on, each in as
+    /// Adds every entry of `schema` that has a fixed length and is no local one, in the order of the addresses: from 0x1000 on, each in as
     /// many registers as it needs, and at an even address if these are more than one. Coils and discrete inputs are
     /// the bits of the outputs and inputs given, 32 of each.
     #[must_use]
@@ -190,6 +190,9 @@ impl Map {
         let mut words = Vec::new();
         for (address, entry) in schema.entries() {
             let (Some(slot), Some(bits)) = (schema.slot(address), entry.data_type.bits()) else { continue };
+            if entry.is_local {
+                continue;
+            }
             let count = bits.div_ceil(16);
             let pad = usize::from(count > 1 && words.len() % 2 == 1);
             if words.len() + pad + usize::from(count) > room {

@@ -63,10 +63,7 @@ fn owner(owner: config::Owner) -> Owner {
 }
 
 fn plan(device: &config::Device) -> ModbusPlan {
-    let dialect = match device.modbus.dialect {
-        config::ModbusDialect::Jvl => Dialect::Jvl,
-        config::ModbusDialect::Full => Dialect::Full,
-    };
+    let dialect = dialect(device.modbus.dialect);
     let order = match device.modbus.word_order {
         config::WordOrder::LowFirst => WordOrder::LowFirst,
         config::WordOrder::HighFirst => WordOrder::HighFirst,
@@ -76,5 +73,13 @@ fn plan(device: &config::Device) -> ModbusPlan {
         map: Arc::new(map(&device.profile, dialect, order)),
         identification: identification(&device.profile, &device.name),
         timeout: device.modbus.timeout,
+    }
+}
+
+/// Functions and limits.
+pub(crate) fn dialect(dialect: config::ModbusDialect) -> Dialect {
+    match dialect {
+        config::ModbusDialect::Jvl => Dialect::Jvl,
+        config::ModbusDialect::Full => Dialect::Full,
     }
 }

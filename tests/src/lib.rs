@@ -29,7 +29,7 @@ mod vcan;
 pub use capture::story;
 pub use client::Client;
 pub use daemon::{Bus, Daemon, Stall, axisctl, axisctl_command, axisd, config, free_port};
-pub use peer::{Master, Peer, objects_in_eds, run_python};
+pub use peer::{Master, Peer, objects_in_eds, run_peer, run_python};
 pub use service_manager::ServiceManager;
 pub use temp::TempDir;
 pub use vcan::{Vcan, Wire};

@@ -77,6 +77,12 @@ pub fn run_python(code: &str) -> String {
     finish(Process::spawn("python", python().args(["-c", code])))
 }
 
+/// Runs `tests/peers/{name}.py`, which needs no CANopen master, with these arguments and gives what it printed.
+#[must_use]
+pub fn run_peer(name: &str, arguments: &[String]) -> String {
+    finish(script(name, arguments.iter().map(String::as_str)))
+}
+
 /// What python-canopen reads in the EDS of a profile.
 #[must_use]
 pub fn objects_in_eds(profile: &str) -> String {

@@ -3,7 +3,7 @@
 //! A request that reads may cover a part of a value; one that writes covers all of it, because half a value would be
 //! another value for as long as the other half is missing.
 
-use od::AbortCode;
+use od::{AbortCode, Slot};
 
 use super::{Outcome, Service};
 use crate::map::{Window, Word};
@@ -71,17 +71,34 @@ impl<'t> Service<'_, 't> {
 
     fn append(&mut self, window: Window<'_>) {
         self.answer.push((2 * window.words.len()) as u8);
+        // Neighbours mostly belong to one value.
+        let mut last: Option<(Slot, u64)> = None;
         for word in window.words {
-            let word = self.word(*word);
-            self.answer.extend(word.to_be_bytes());
+            let shown = word.map_or(0, |word| {
+                let value = match last {
+                    Some((slot, value)) if slot == word.slot => value,
+                    _ => self.value(word),
+                };
+                last = Some((word.slot, value));
+                self.part(word, value)
+            });
+            self.answer.extend_from_slice(&shown.to_be_bytes());
         }
     }
 
-    /// What a register shows: a part of its value, which is sign-extended.
+    /// What a register shows.
     fn word(&self, word: Option<Word>) -> u16 {
-        let Some(word) = word else { return 0 };
+        word.map_or(0, |word| self.part(word, self.value(word)))
+    }
+
+    /// What the entry of a register holds, sign-extended; zero if it may not be read.
+    fn value(&self, word: Word) -> u64 {
         let raw = self.target.dictionary.read(word.slot).map_or(0, |(_, value)| value.raw());
-        let value = word.data_type.integer(raw);
+        word.data_type.integer(raw) as u64
+    }
+
+    /// The part of a value that a register holds.
+    fn part(&self, word: Word, value: u64) -> u16 {
         (value >> (16 * self.target.map.significance(word))) as u16
     }
 

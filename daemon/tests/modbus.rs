@@ -2,125 +2,18 @@
 
 mod common;
 
-use std::net::SocketAddr;
-use std::sync::Arc;
 use std::time::Duration;
 
-use common::Bench;
-use daemon::core::{ClientId, ListenerPlan, ModbusPlan, Notice, Refused, WhenFull, Who, identification, map};
-use modbus::{Dialect, Permissions, WordOrder, tcp_adu};
-use od::{Address, Bus, Owner};
-use profiles::{Profile, State};
+use common::gateway::{Gateway, listener, peer};
+use daemon::core::{ListenerPlan, Notice, Refused, WhenFull, Who};
+use modbus::Permissions;
+use od::{Bus, Owner};
+use profiles::State;
 
 const MODBUS: Owner = Owner { bus: Bus::Modbus, link: None };
 const CAN: Owner = Owner { bus: Bus::CanOpen, link: Some(0) };
 /// "Abort because of the present device state" for 0x6040:00 of node 1.
 const REFUSED: &str = "581#8040600022000008";
-
-/// A core whose devices, servos at the given nodes of the first link, are reached by Modbus.
-struct Gateway {
-    bench: Bench,
-    profile: Arc<Profile>,
-    map: modbus::Map,
-}
-
-fn peer(number: u8) -> SocketAddr {
-    SocketAddr::from(([10, 0, 0, number], 1000))
-}
-
-fn listener() -> ListenerPlan {
-    ListenerPlan { max_clients: 64, device: Some(0), ..ListenerPlan::default() }
-}
-
-impl Gateway {
-    fn new(nodes: &[u8]) -> Self {
-        Self::with(nodes, listener(), None)
-    }
-
-    fn with(nodes: &[u8], listener: ListenerPlan, timeout: Option<Duration>) -> Self {
-        let profile = Arc::new(Profile::embedded("cia402-servo", None).unwrap().unwrap());
-        let places: Vec<Vec<(u16, u8)>> = nodes.iter().map(|node| vec![(0, *node)]).collect();
-        let places: Vec<&[(u16, u8)]> = places.iter().map(Vec::as_slice).collect();
-        let mut bench = Bench::of(&profile, &places);
-        let map = map(&profile, Dialect::Full, WordOrder::LowFirst);
-        for (device, node) in nodes.iter().enumerate() {
-            let plan = ModbusPlan {
-                unit: Some(*node),
-                map: Arc::new(map.clone()),
-                identification: identification(&profile, "axis"),
-                timeout,
-            };
-            bench.core.show_on_modbus(device, plan);
-        }
-        bench.core.add_listener(listener);
-        // Until the axes have started.
-        bench.run(Duration::from_millis(100));
-        Self { bench, profile, map }
-    }
-
-    fn connect(&mut self) -> ClientId {
-        self.bench.core.connect(self.bench.now, 0, peer(1), false).unwrap()
-    }
-
-    /// Sends a PDU to `unit` and gives the PDU that comes back.
-    fn ask(&mut self, client: ClientId, unit: u8, pdu: &str) -> String {
-        let core = &mut self.bench.core;
-        core.receive(self.bench.now, client, &tcp_adu(1, unit, &bytes(pdu)));
-        assert!(core.serve(self.bench.now, client));
-        let answer = core.output(client).to_vec();
-        core.sent(client, answer.len());
-        assert_eq!(answer[6], unit);
-        answer[7..].iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
-    }
-
-    /// The first register of an object, as it stands in a request.
-    fn at(&self, index: u16, sub: u8) -> String {
-        let slot = self.profile.application.slot(Address::new(index, sub)).unwrap();
-        let first = self.map.listing().find(|listed| listed.slot == slot).unwrap().first;
-        format!("{:02X} {:02X}", first >> 8, first & 0xFF)
-    }
-
-    fn write16(&mut self, client: ClientId, index: u16, value: u16) -> String {
-        let at = self.at(index, 0);
-        self.ask(client, 1, &format!("06 {at} {:02X} {:02X}", value >> 8, value & 0xFF))
-    }
-
-    fn write32(&mut self, client: ClientId, index: u16, value: u32) -> String {
-        let at = self.at(index, 0);
-        let [a, b, c, d] = value.to_be_bytes();
-        self.ask(client, 1, &format!("10 {at} 00 02 04 {c:02X} {d:02X} {a:02X} {b:02X}"))
-    }
-
-    fn read32(&mut self, client: ClientId, index: u16) -> i32 {
-        let at = self.at(index, 0);
-        let answer = bytes(&self.ask(client, 1, &format!("03 {at} 00 02")));
-        i32::from_be_bytes([answer[4], answer[5], answer[2], answer[3]])
-    }
-
-    /// Lets the axis of unit 1 turn in profile velocity mode.
-    fn turn(&mut self, client: ClientId) {
-        self.write16(client, 0x6060, 3);
-        for controlword in [0x06, 0x07, 0x0F] {
-            self.write16(client, 0x6040, controlword);
-            self.bench.run(Duration::from_millis(100));
-        }
-        self.write32(client, 0x60FF, 5000);
-        self.bench.run(Duration::from_millis(500));
-        assert_eq!(self.state(), State::OperationEnabled);
-    }
-
-    fn state(&self) -> State {
-        self.bench.core.devices().next().unwrap().axes().next().unwrap().state
-    }
-
-    fn notices(&mut self) -> Vec<Notice> {
-        std::iter::from_fn(|| self.bench.core.poll_notice()).map(|(_, notice)| notice).collect()
-    }
-}
-
-fn bytes(text: &str) -> Vec<u8> {
-    text.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect()
-}
 
 #[test]
 fn an_axis_moves_by_registers_alone() {

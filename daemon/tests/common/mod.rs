@@ -1,6 +1,8 @@
 //! A core on virtual time, seen from its links.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
+pub(crate) mod gateway;
+
 use std::sync::Arc;
 use std::time::Duration;
 

@@ -166,9 +166,13 @@ impl Sockets {
         }
         let is_served = core.serve(now, client);
         let outcome = if is_served { self.flush(core, client) } else { Outcome::Done };
-        if outcome != Outcome::Over && core.is_closing(client) {
+        if outcome == Outcome::Over {
+            return true;
+        }
+        let has_more = core.has_request(client);
+        if core.is_closing(client) {
             self.close(core, client);
-        } else if outcome == Outcome::Done && core.has_request(client) {
+        } else if has_more && outcome == Outcome::Done {
             self.queue(client);
         }
         true

@@ -4,6 +4,7 @@
 //! due soon it sleeps in the receiving system call itself, so that an answer costs two system calls.
 
 mod errands;
+mod modbus;
 
 use core::time::Duration;
 use std::io;
@@ -28,6 +29,8 @@ use crate::status;
 use crate::storage::{Done, Storage};
 use crate::sys::BATCH;
 use crate::wait::{Woken, wait, wake_punctually};
+
+pub(crate) use modbus::Times;
 
 /// How long the axes may take to ramp down at the end.
 const LONGEST_RAMP: Duration = Duration::from_secs(5);
@@ -67,6 +70,7 @@ pub(crate) struct CoreLoop {
     /// Until when another errand is likely, so that the alarm must be able to wake the loop.
     pub(crate) attentive_until: Instant,
     pub(crate) turns_without_clock: u32,
+    pub(crate) times: Times,
 }
 
 /// How to sleep.
@@ -103,6 +107,7 @@ impl CoreLoop {
                     let Woken { links, modbus } =
                         wait(&self.links, self.modbus.as_ref(), &self.alarm, time_out)?;
                     now = self.clock.now();
+                    self.times.wake(now, has_backlog);
                     for position in links {
                         let outcome = self.receive(position, Patience::Try, &mut news);
                         self.take(now, position, outcome, &mut news);
@@ -112,6 +117,7 @@ impl CoreLoop {
             }
             has_backlog = self.take_from_clients(now);
             self.transmit(now);
+            self.note_answers(now);
             self.do_what_is_due(now);
             now = self.serve_modbus(now, &mut news);
             has_backlog |= self.modbus.as_ref().is_some_and(Sockets::has_ready);
@@ -223,6 +229,7 @@ impl CoreLoop {
             let Some(link) = self.links.get_mut(position) else { continue };
             match news {
                 Received::Frame(frame) => {
+                    self.times.has_frames = true;
                     link.receive(now, &frame);
                     self.core.handle_frame(now, link_id(position), &frame);
                 }
@@ -242,41 +249,13 @@ impl CoreLoop {
         let Some(clients) = &mut self.clients else { return false };
         for _ in 0..CLIENT_BATCH {
             let Ok(Inbound { link, client, frame }) = clients.try_recv() else { return false };
+            self.times.has_frames = true;
             if let Some(link) = self.links.get_mut(usize::from(link.0)) {
                 link.send(now, Some(client), &frame);
             }
             self.core.handle_frame(now, link, &frame);
         }
         true
-    }
-
-    /// Takes note of what is ready at the Modbus sockets, if any `is_ready`.
-    fn take_from_sockets(&mut self, now: Instant, is_ready: bool) {
-        if let Self { modbus: Some(modbus), core, .. } = self
-            && is_ready
-        {
-            modbus.take_events(now, core);
-        }
-    }
-
-    /// Serves one request of each Modbus client that is ready. After each of them CAN and what is due have their turn;
-    /// the time of the last.
-    fn serve_modbus(&mut self, mut now: Instant, news: &mut Vec<Received>) -> Instant {
-        let ready = self.modbus.as_ref().map_or(0, Sockets::ready);
-        for _ in 0..ready {
-            let Self { modbus: Some(modbus), core, .. } = self else { return now };
-            modbus.serve_next(now, core);
-            self.transmit(now);
-            now = self.clock.now();
-            for position in 0..self.links.len() {
-                let outcome = self.receive(position, Patience::Try, news);
-                self.take(now, position, outcome, news);
-            }
-            self.take_from_clients(now);
-            self.transmit(now);
-            self.do_what_is_due(now);
-        }
-        now
     }
 
     /// Sends what the nodes have to say, also about a link that is lost by that.
@@ -309,7 +288,8 @@ impl CoreLoop {
 
     fn do_what_is_due(&mut self, now: Instant) {
         let is_due = |deadline: Option<Instant>| deadline.is_some_and(|deadline| deadline <= now);
-        if is_due(self.core.poll_timeout()) {
+        if let Some(deadline) = self.core.poll_timeout().filter(|deadline| *deadline <= now) {
+            self.times.lateness.record(now.saturating_since(deadline));
             self.core.handle_timeout(now);
             if self.core.poll_time_wanted()
                 && let Some(time) = TimeOfDay::from_unix(Clock::wall())
@@ -348,9 +328,16 @@ impl CoreLoop {
 
     /// Gives the status to whoever wants it.
     fn publish(&mut self, now: Instant) {
-        let Self { publisher, core, links, reporter, .. } = self;
+        let Self { publisher, core, links, reporter, modbus, times, .. } = self;
         if let Some(publisher) = publisher.as_mut().filter(|publisher| publisher.is_wanted(now)) {
-            publisher.publish(now, status::status(now, core, links, reporter));
+            let around = status::Around {
+                links,
+                reporter,
+                listeners: modbus.as_ref().map_or(&[], Sockets::addresses),
+                answers: &times.answers,
+                lateness: &times.lateness,
+            };
+            publisher.publish(now, status::status(now, core, &around));
         }
     }
 

@@ -17,6 +17,7 @@ pub mod core;
 mod core_loop;
 mod demo;
 pub mod dump;
+pub mod latency;
 mod link;
 mod log;
 mod modbus_tcp;

@@ -63,6 +63,8 @@ struct Connection {
 pub(crate) struct Sockets {
     epoll: Epoll,
     listening: Vec<Listening>,
+    /// For each of the core's listeners, its addresses.
+    addresses: Vec<Vec<String>>,
     sockets: Vec<Socket>,
     /// By the numbers of the clients.
     connections: Vec<Option<Connection>>,
@@ -87,6 +89,9 @@ impl Sockets {
     pub(crate) fn new(mut listening: Vec<Listening>) -> io::Result<Self> {
         let epoll = Epoll::new(EpollCreateFlags::EPOLL_CLOEXEC)?;
         let mut sockets = Vec::new();
+        let shown =
+            |listener: &TcpListener| listener.local_addr().map_or_else(|e| e.to_string(), |a| a.to_string());
+        let addresses = listening.iter().map(|own| own.listeners.iter().map(shown).collect()).collect();
         for (number, own) in listening.iter_mut().enumerate() {
             for listener in own.listeners.drain(..) {
                 let event = EpollEvent::new(EpollFlags::EPOLLIN, IS_LISTENER | sockets.len() as u64);
@@ -95,7 +100,7 @@ impl Sockets {
             }
         }
         let (connections, ready) = (Vec::new(), VecDeque::new());
-        Ok(Self { epoll, listening, sockets, connections, ready, chunk: vec![0; CHUNK] })
+        Ok(Self { epoll, listening, addresses, sockets, connections, ready, chunk: vec![0; CHUNK] })
     }
 
     /// What becomes readable when [`Sockets::take_events`] has something to take.
@@ -106,6 +111,11 @@ impl Sockets {
     /// When a listener is to be tried again.
     pub(crate) fn poll_timeout(&self) -> Option<Instant> {
         self.sockets.iter().filter_map(|socket| socket.retry).min()
+    }
+
+    /// For each of the core's listeners, its addresses.
+    pub(crate) fn addresses(&self) -> &[Vec<String>] {
+        &self.addresses
     }
 
     /// Whether a client waits to be served.

@@ -22,7 +22,7 @@ use crate::clock::Clock;
 use crate::commands;
 use crate::control::{self, ControlSocket};
 use crate::core::{Core, LinkId, Plan};
-use crate::core_loop::CoreLoop;
+use crate::core_loop::{CoreLoop, Times};
 use crate::demo;
 use crate::link::{Gauge, Link, Load, SocketCan, measure};
 use crate::log;
@@ -129,6 +129,7 @@ fn start(
         storing: Vec::new(),
         attentive_until: Instant::ZERO,
         turns_without_clock: 0,
+        times: Times::default(),
     })
 }
 

@@ -4,13 +4,15 @@
 //! The core collects it when somebody asks ([`devices`]); [`crate::control`] takes it out of the core as one line of
 //! JSON, and `axisctl status` shows it ([`text`]). Fields are only ever added: programs may read it.
 
+mod clients;
 mod collect;
 mod table;
 
 use serde::{Deserialize, Serialize};
 
+pub use clients::{Client, Command, Listener, Modbus, Times};
 pub use collect::devices;
-pub(crate) use collect::status;
+pub(crate) use collect::{Around, status};
 pub(crate) use table::table;
 pub use table::text;
 
@@ -25,6 +27,15 @@ pub struct Status {
     pub buses: Vec<Bus>,
     /// The devices, in the order of the configuration.
     pub devices: Vec<Device>,
+    /// Modbus listeners and clients.
+    #[serde(default)]
+    pub modbus: Modbus,
+    /// How long CAN frames waited and were answered; measured where there are Modbus listeners.
+    #[serde(default)]
+    pub answers: Times,
+    /// How late what was due was done.
+    #[serde(default)]
+    pub lateness: Times,
 }
 
 /// A bus.
@@ -67,6 +78,9 @@ pub struct Device {
     pub nodes: Vec<Node>,
     /// Raster steps that were lost because the device was served too late.
     pub dropped_steps: u64,
+    /// Who commanded it, the last one first; the same command of the same origin is one.
+    #[serde(default)]
+    pub commands: Vec<Command>,
 }
 
 /// An axis.
@@ -84,6 +98,9 @@ pub struct Axis {
     pub velocity_counts_s: f64,
     /// The fault, if any.
     pub fault: Option<Fault>,
+    /// Who alone may command it: a bus, `modbus`, or `any`.
+    #[serde(default)]
+    pub owner: String,
     /// What is broken in its simulated plant, by order or by schedule, as `axisctl fault` says it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub plant_faults: Vec<String>,

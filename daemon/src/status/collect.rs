@@ -4,13 +4,27 @@ use canopen::{Abort, Emergency, LssSetting, Recent, UNCONFIGURED};
 use od::{Address, Instant};
 use profiles::{AxisStatus, Dialect, error_text};
 
-use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Lss, Node, Status};
+use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Lss, Node, Status, clients};
 use crate::core::{Core, LinkId};
+use crate::latency::Histogram;
 use crate::link::Link;
 use crate::reporter::Reporter;
 
+/// What is around the core.
+pub(crate) struct Around<'a> {
+    pub(crate) links: &'a [Link],
+    pub(crate) reporter: &'a Reporter,
+    /// The addresses of each Modbus listener.
+    pub(crate) listeners: &'a [Vec<String>],
+    /// From the arrival of CAN frames to their answers.
+    pub(crate) answers: &'a Histogram,
+    /// How late what was due was done.
+    pub(crate) lateness: &'a Histogram,
+}
+
 /// Everything, at `now`.
-pub(crate) fn status(now: Instant, core: &Core, links: &[Link], reporter: &Reporter) -> Status {
+pub(crate) fn status(now: Instant, core: &Core, around: &Around<'_>) -> Status {
+    let Around { links, reporter, listeners, answers, lateness } = *around;
     let buses =
         links.iter().enumerate().map(|(number, link)| bus(now, number, link, core, reporter)).collect();
     Status {
@@ -18,6 +32,9 @@ pub(crate) fn status(now: Instant, core: &Core, links: &[Link], reporter: &Repor
         uptime_s: now.saturating_since(Instant::ZERO).as_secs(),
         buses,
         devices: devices(now, core, reporter.devices(), links.iter().map(|link| link.name.as_str())),
+        modbus: clients::collect(now, core, listeners),
+        answers: answers.into(),
+        lateness: lateness.into(),
     }
 }
 
@@ -79,8 +96,9 @@ pub fn devices<'n>(
             axes: device
                 .axes()
                 .enumerate()
-                .map(|(number, status)| Axis {
-                    plant_faults: device.plant_faults(number).map(|fault| fault.to_string()).collect(),
+                .map(|(axis_number, status)| Axis {
+                    owner: clients::owner(core.owner(number, axis_number), &buses),
+                    plant_faults: device.plant_faults(axis_number).map(|fault| fault.to_string()).collect(),
                     ..axis(&status, dialect)
                 })
                 .collect(),
@@ -91,6 +109,7 @@ pub fn devices<'n>(
                 })
                 .collect(),
             dropped_steps: device.dropped_steps(),
+            commands: clients::commands(now, core, number, &buses),
         }
     };
     numbered.map(device).collect()
@@ -104,6 +123,7 @@ fn axis(status: &AxisStatus, dialect: Dialect) -> Axis {
         position_counts: status.position.0,
         velocity_counts_s: status.velocity.0,
         fault: status.fault.map(|fault| self::fault(fault.code, dialect)),
+        owner: String::new(),
         plant_faults: Vec::new(),
     }
 }

@@ -4,7 +4,7 @@ use core::fmt::Write;
 
 use canopen::UNCONFIGURED;
 
-use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Lss, Node, Status};
+use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Lss, Node, Status, clients};
 
 /// A table of the devices, one of the buses, and what went wrong, where anything did.
 #[must_use]
@@ -12,11 +12,13 @@ pub fn text(status: &Status) -> String {
     let mut text = devices(status);
     text.push('\n');
     text += &buses(&status.buses);
+    text += &clients::text(status);
     for device in &status.devices {
         for node in &device.nodes {
             text += &trouble(&device.name, node);
         }
         text += &broken(device);
+        text += &clients::commanded(device);
         if device.dropped_steps > 0 {
             let _ = writeln!(
                 text,
@@ -172,7 +174,7 @@ fn happened(what: &str, events: &Events, digits: usize) -> Vec<String> {
 }
 
 /// A time as one number with its unit.
-fn age(millis: u64) -> String {
+pub(super) fn age(millis: u64) -> String {
     const SECOND: u64 = 1000;
     const MINUTE: u64 = 60 * SECOND;
     const HOUR: u64 = 60 * MINUTE;

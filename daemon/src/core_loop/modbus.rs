@@ -1,0 +1,72 @@
+//! The turn of Modbus clients, and what it costs the others.
+
+use od::Instant;
+
+use super::CoreLoop;
+use crate::latency::Histogram;
+use crate::link::{Patience, Received};
+use crate::modbus_tcp::Sockets;
+
+/// What the loop measures of itself.
+#[derive(Debug, Default)]
+pub(crate) struct Times {
+    /// From the arrival of CAN frames to their answers, at most: since the loop last looked for frames, or woke up.
+    /// Measured where there are Modbus clients to compete with.
+    pub(super) answers: Histogram,
+    /// How late what was due was done.
+    pub(super) lateness: Histogram,
+    /// Since when frames may have been waiting.
+    since: Instant,
+    /// Frames were taken that nobody has answered yet.
+    pub(super) has_frames: bool,
+}
+
+impl Times {
+    /// The loop looks for frames, after a sleep or, `in_between`, amid other work.
+    pub(super) fn wake(&mut self, now: Instant, in_between: bool) {
+        if !in_between {
+            self.since = now;
+        }
+    }
+}
+
+impl CoreLoop {
+    /// Takes note of what is ready at the Modbus sockets, if any `is_ready`.
+    pub(super) fn take_from_sockets(&mut self, now: Instant, is_ready: bool) {
+        if let Self { modbus: Some(modbus), core, .. } = self
+            && is_ready
+        {
+            modbus.take_events(now, core);
+        }
+    }
+
+    /// Serves one request of each Modbus client that is ready. After each of them CAN and what is due have their turn;
+    /// the time of the last.
+    pub(super) fn serve_modbus(&mut self, mut now: Instant, news: &mut Vec<Received>) -> Instant {
+        let ready = self.modbus.as_ref().map_or(0, Sockets::ready);
+        for _ in 0..ready {
+            let Self { modbus: Some(modbus), core, .. } = self else { return now };
+            modbus.serve_next(now, core);
+            self.transmit(now);
+            now = self.clock.now();
+            for position in 0..self.links.len() {
+                let outcome = self.receive(position, Patience::Try, news);
+                self.take(now, position, outcome, news);
+            }
+            self.take_from_clients(now);
+            self.transmit(now);
+            self.note_answers(now);
+            self.do_what_is_due(now);
+        }
+        now
+    }
+
+    /// Takes note of how long the frames waited that have just been answered. `looked` is when they were looked for.
+    pub(super) fn note_answers(&mut self, looked: Instant) {
+        let Self { times, clock, modbus, .. } = self;
+        if core::mem::take(&mut times.has_frames) && modbus.is_some() {
+            times.answers.record(clock.now().saturating_since(times.since));
+        }
+        times.since = looked;
+    }
+}

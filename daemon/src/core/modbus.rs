@@ -62,7 +62,7 @@ struct View {
 
 /// Unit of the time-out register (Ethernet manual, section 8.2.10), of which the low 16 bits count.
 const TIMEOUT_UNIT: Duration = Duration::from_millis(100);
-/// Units that stand for the device itself (Messaging on TCP/IP V1.0b, section 4.4.1.2).
+/// Units that stand for the device itself (Messaging on TCP/IP V1.0b).
 const ITSELF: [u8; 2] = [0, 255];
 
 /// What the core has of Modbus.

@@ -4,7 +4,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
 use std::time::Duration;
 
-use tests::{Bus, Daemon, PATIENCE, config, free_port};
+use tests::{Bus, Daemon, PATIENCE, TempDir, axisctl, config, free_port};
 
 /// Reads the controlword of unit 1.
 const READ: [u8; 12] = [0, 7, 0, 0, 0, 6, 1, 3, 0x10, 2, 0, 1];
@@ -152,10 +152,38 @@ fn a_length_that_no_frame_has_ends_the_connection_after_the_answers_before() {
 }
 
 #[test]
+fn axisctl_shows_clients_owners_and_who_commanded() {
+    let (dir, port) = (TempDir::new(), free_port());
+    let socket = dir.path().join("control.sock").display().to_string();
+    let text = format!(
+        "[control]\nsocket = \"{socket}\"\n[modbus]\nlisten = \"127.0.0.1:{port}\"\n{}owner = \"modbus\"\n",
+        config(Bus::Virtual, &[("axis1", "cia402-servo", 1)])
+    );
+    let _daemon = Daemon::start(&text);
+    let mut client = connect(port);
+    assert!(is_served(&mut client));
+    client.write_all(&[0, 1, 0, 0, 0, 6, 1, 6, 0x10, 2, 0, 6]).unwrap();
+    client.read_exact(&mut [0; 12]).unwrap();
+    client.write_all(&[0, 1, 0, 0, 0, 6, 1, 3, 0xFF, 0, 0, 1]).unwrap();
+    client.read_exact(&mut [0; 9]).unwrap();
+
+    let output = axisctl(&["--socket", &socket, "status"]);
+
+    let text = String::from_utf8(output.stdout).unwrap();
+    let has = |parts: &[&str]| text.lines().any(|line| line.split_whitespace().collect::<Vec<_>>() == parts);
+    assert!(has(&[&format!("127.0.0.1:{port}"), "1", "1", "0", "0", "0"]), "{text}");
+    let peer = client.local_addr().unwrap().to_string();
+    let line = text.lines().find(|line| line.starts_with(&peer)).unwrap_or_else(|| panic!("{text}"));
+    assert!(line.split_whitespace().rev().take(3).eq(["0", "1", "3"]), "{text}");
+    assert!(text.contains("axis1, axis 1: commanded by modbus alone"), "{text}");
+    assert!(text.contains(&format!("modbus {peer}: 0x6040:00 = 0x6 (1 times)")), "{text}");
+}
+
+#[test]
 fn a_port_that_is_taken_is_said() {
     let port = free_port();
     let _taken = std::net::TcpListener::bind((Ipv4Addr::LOCALHOST, port)).unwrap();
-    let dir = tests::TempDir::new();
+    let dir = TempDir::new();
     let file = dir.write("axisd.toml", &format!("[modbus]\nlisten = \"127.0.0.1:{port}\"\n"));
     let output = tests::axisd(&["run", "--config", file.to_str().unwrap()]);
     assert!(!output.status.success());

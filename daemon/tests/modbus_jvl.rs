@@ -61,8 +61,9 @@ fn a_register_of_16_bits_is_sign_extended_from_its_low_word() {
 #[test]
 fn every_register_is_there_and_none_beyond() {
     let mut motor = motor();
-    for first in (0..256).step_by(32) {
-        let answer = ask(&mut motor, &format!("03 {:02X} {:02X} 00 40", 2 * first >> 8, 2 * first & 0xFF));
+    for first in (0..256_u16).step_by(32) {
+        let [high, low] = (2 * first).to_be_bytes();
+        let answer = ask(&mut motor, &format!("03 {high:02X} {low:02X} 00 40"));
         assert!(answer.starts_with("03 80"), "registers {first} on: {answer}");
     }
     for first in (0..64).step_by(32) {

@@ -1,8 +1,8 @@
 //! The sockets of Modbus clients, served by the core thread itself.
 //!
 //! Readiness is asked for once for all sockets, by an epoll descriptor among those that the core thread sleeps on. Those
-//! that are ready wait in a queue; of each one request is served in turn ([`Sockets::serve_next`]), and the core thread
-//! looks at its other duties after each.
+//! that are ready wait in a queue; of each one request is served in turn ([`Sockets::serve_next`], [`Sockets::send`]), and the
+//! core thread looks at its other duties after either.
 
 mod listen;
 mod setup;
@@ -26,8 +26,6 @@ pub(crate) use setup::{dialect, introduce, listen_all};
 const EVENTS: usize = 64;
 /// Bytes that are read at once: more requests than a client has under way.
 const CHUNK: usize = 2048;
-/// Clients of one listener that are let in before everything else has its turn again.
-const ACCEPTED_AT_ONCE: usize = 8;
 /// When a listener is tried again that could not let a client in, for want of descriptors.
 const RETRY_ACCEPT: Duration = Duration::from_millis(500);
 /// The highest bit of an event's number tells a listener from a client.
@@ -161,23 +159,28 @@ impl Sockets {
         }
     }
 
-    /// Reads from the client that has waited longest, serves one request of it and sends the answer. Whether there was
-    /// such a client.
-    pub(crate) fn serve_next(&mut self, now: Instant, core: &mut Core) -> bool {
-        let Some(client) = self.ready.pop_front() else { return false };
-        let Some(Some(connection)) = self.connections.get_mut(usize::from(client.0)) else { return true };
+    /// Reads from the client that has waited longest and serves one request of it: the client, which [`Sockets::send`]
+    /// then sends the answer to. The core thread looks at its other duties in between.
+    pub(crate) fn serve_next(&mut self, now: Instant, core: &mut Core) -> Option<ClientId> {
+        let client = self.ready.pop_front()?;
+        let connection = self.connections.get_mut(usize::from(client.0))?.as_mut()?;
         connection.is_queued = false;
         if connection.is_blocked && self.flush(core, client) != Outcome::Done {
-            return true;
+            return None;
         }
         if !core.has_request(client) && self.read(now, core, client) == Outcome::Over {
             self.close(core, client);
-            return true;
+            return None;
         }
-        let is_served = core.serve(now, client);
-        let outcome = if is_served { self.flush(core, client) } else { Outcome::Done };
+        core.serve(now, client);
+        Some(client)
+    }
+
+    /// Sends a client its answer, and queues it again if it has asked for more.
+    pub(crate) fn send(&mut self, core: &mut Core, client: ClientId) {
+        let outcome = self.flush(core, client);
         if outcome == Outcome::Over {
-            return true;
+            return;
         }
         let has_more = core.has_request(client);
         if core.is_closing(client) {
@@ -185,7 +188,6 @@ impl Sockets {
         } else if has_more && outcome == Outcome::Done {
             self.queue(client);
         }
-        true
     }
 
     fn queue(&mut self, client: ClientId) {
@@ -196,22 +198,18 @@ impl Sockets {
         }
     }
 
+    /// Lets one client in; others that wait make the socket ready again.
     fn accept(&mut self, now: Instant, core: &mut Core, position: usize) {
-        for _ in 0..ACCEPTED_AT_ONCE {
-            let Some(socket) = self.sockets.get_mut(position) else { return };
-            let number = socket.number;
-            match socket.listener.accept() {
-                Ok((stream, peer)) => self.admit(now, core, number, stream, peer),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => return,
-                // The client has left already.
-                Err(error)
-                    if matches!(error.kind(), ErrorKind::ConnectionAborted | ErrorKind::Interrupted) => {}
-                Err(_) => {
-                    // Otherwise the core thread would be woken by it again and again.
-                    let _ = self.epoll.delete(&socket.listener);
-                    socket.retry = Some(now + RETRY_ACCEPT);
-                    return;
-                }
+        let Some(socket) = self.sockets.get_mut(position) else { return };
+        let number = socket.number;
+        match socket.listener.accept() {
+            Ok((stream, peer)) => self.admit(now, core, number, stream, peer),
+            // There is none any more.
+            Err(error) if is_temporary(&error) || error.kind() == ErrorKind::ConnectionAborted => {}
+            Err(_) => {
+                // Otherwise the core thread would be woken by it again and again.
+                let _ = self.epoll.delete(&socket.listener);
+                socket.retry = Some(now + RETRY_ACCEPT);
             }
         }
     }

@@ -40,24 +40,32 @@ impl CoreLoop {
         }
     }
 
-    /// Serves one request of each Modbus client that is ready. After each of them CAN and what is due have their turn;
-    /// the time of the last.
+    /// Serves one request of each Modbus client that is ready; the time after the last. CAN and what is due have their
+    /// turn after each request, and before its answer is sent, which takes as long.
     pub(super) fn serve_modbus(&mut self, mut now: Instant, news: &mut Vec<Received>) -> Instant {
-        let ready = self.modbus.as_ref().map_or(0, Sockets::ready);
-        for _ in 0..ready {
+        for _ in 0..self.modbus.as_ref().map_or(0, Sockets::ready) {
             let Self { modbus: Some(modbus), core, .. } = self else { return now };
-            modbus.serve_next(now, core);
-            self.transmit(now);
-            now = self.clock.now();
-            for position in 0..self.links.len() {
-                let outcome = self.receive(position, Patience::Try, news);
-                self.take(now, position, outcome, news);
+            let client = modbus.serve_next(now, core);
+            now = self.attend(news);
+            if let (Self { modbus: Some(modbus), core, .. }, Some(client)) = (&mut *self, client) {
+                modbus.send(core, client);
+                now = self.attend(news);
             }
-            self.take_from_clients(now);
-            self.transmit(now);
-            self.note_answers(now);
-            self.do_what_is_due(now);
         }
+        now
+    }
+
+    /// Answers the frames that have come meanwhile, and does what is due.
+    fn attend(&mut self, news: &mut Vec<Received>) -> Instant {
+        let now = self.clock.now();
+        for position in 0..self.links.len() {
+            let outcome = self.receive(position, Patience::Try, news);
+            self.take(now, position, outcome, news);
+        }
+        self.take_from_clients(now);
+        self.transmit(now);
+        self.note_answers(now);
+        self.do_what_is_due(now);
         now
     }
 

@@ -11,7 +11,7 @@ use config::load;
 const NONE: &str = "zzzzzzzz";
 
 /// The reference, and where its tables are in a file that has each once.
-const PLACES: [(&str, &str); 9] = [
+const PLACES: [(&str, &str); 10] = [
     ("[[bus]]", "[[bus]]\n"),
     ("[[device]]", "[[device]]\n"),
     ("[[device.on]]", "[[device]]\n[[device.on]]\n"),
@@ -21,6 +21,7 @@ const PLACES: [(&str, &str); 9] = [
     ("[storage]", "[storage]\n"),
     ("[control]", "[control]\n"),
     ("[modbus]", "[modbus]\n"),
+    ("[device.modbus]", "[[device]]\n[device.modbus]\n"),
 ];
 
 fn root(path: &str) -> String {

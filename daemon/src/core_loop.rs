@@ -229,7 +229,7 @@ impl CoreLoop {
             let Some(link) = self.links.get_mut(position) else { continue };
             match news {
                 Received::Frame(frame) => {
-                    self.times.has_frames = true;
+                    self.times.arrived_unseen();
                     link.receive(now, &frame);
                     self.core.handle_frame(now, link_id(position), &frame);
                 }
@@ -248,8 +248,8 @@ impl CoreLoop {
     fn take_from_clients(&mut self, now: Instant) -> bool {
         let Some(clients) = &mut self.clients else { return false };
         for _ in 0..CLIENT_BATCH {
-            let Ok(Inbound { link, client, frame }) = clients.try_recv() else { return false };
-            self.times.has_frames = true;
+            let Ok(Inbound { link, client, at, frame }) = clients.try_recv() else { return false };
+            self.times.arrived(at);
             if let Some(link) = self.links.get_mut(usize::from(link.0)) {
                 link.send(now, Some(client), &frame);
             }

@@ -40,6 +40,8 @@ pub struct Inbound {
     pub link: LinkId,
     /// The client.
     pub client: u64,
+    /// When it came.
+    pub at: Instant,
     /// The frame.
     pub frame: Frame,
 }

@@ -10,23 +10,32 @@ use crate::modbus_tcp::Sockets;
 /// What the loop measures of itself.
 #[derive(Debug, Default)]
 pub(crate) struct Times {
-    /// From the arrival of CAN frames to their answers, at most: since the loop last looked for frames, or woke up.
-    /// Measured where there are Modbus clients to compete with.
+    /// From the arrival of CAN frames to their answers. Measured where there are Modbus clients to compete with.
     pub(super) answers: Histogram,
     /// How late what was due was done.
     pub(super) lateness: Histogram,
-    /// Since when frames may have been waiting.
-    since: Instant,
-    /// Frames were taken that nobody has answered yet.
-    pub(super) has_frames: bool,
+    /// When the loop last looked for frames, or woke up.
+    looked: Instant,
+    /// When the first frame came that was taken and not answered yet.
+    waiting: Option<Instant>,
 }
 
 impl Times {
     /// The loop looks for frames, after a sleep or, `in_between`, amid other work.
     pub(super) fn wake(&mut self, now: Instant, in_between: bool) {
         if !in_between {
-            self.since = now;
+            self.looked = now;
         }
+    }
+
+    /// A frame was taken that came at this time.
+    pub(super) fn arrived(&mut self, at: Instant) {
+        self.waiting = Some(self.waiting.map_or(at, |first| first.min(at)));
+    }
+
+    /// A frame was taken that came at a time nobody knows: since the last look, at worst.
+    pub(super) fn arrived_unseen(&mut self) {
+        self.arrived(self.looked);
     }
 }
 
@@ -72,9 +81,9 @@ impl CoreLoop {
     /// Takes note of how long the frames waited that have just been answered. `looked` is when they were looked for.
     pub(super) fn note_answers(&mut self, looked: Instant) {
         let Self { times, clock, modbus, .. } = self;
-        if core::mem::take(&mut times.has_frames) && modbus.is_some() {
-            times.answers.record(clock.now().saturating_since(times.since));
+        if let Some(arrived) = times.waiting.take().filter(|_| modbus.is_some()) {
+            times.answers.record(clock.now().saturating_since(arrived));
         }
-        times.since = looked;
+        times.looked = looked;
     }
 }

@@ -188,7 +188,7 @@ impl Client {
             Command::Echo => Ok("< echo >"),
             Command::Send(frame) => {
                 let link = self.bus().ok_or("no open bus")?.link;
-                let inbound = Inbound { link, client: self.number, frame };
+                let inbound = Inbound { link, client: self.number, at: self.clock.now(), frame };
                 self.to_core.frames.send(inbound).await.map_err(|_| "shutting down")?;
                 self.to_core.bell.ring();
                 Ok("")

@@ -127,3 +127,23 @@ fn a_time_out_of_zero_is_none() {
     motor.0.bench.run(Duration::from_secs(60));
     assert_eq!(motor.0.state(), State::OperationEnabled);
 }
+
+/// As section 7.4.1 of the Ethernet manual does it, on a motor of 2.0971 counts/sample for each rpm.
+#[test]
+fn a_motor_turns_by_its_registers_alone_until_nobody_polls_any_more() {
+    let mut motor = motor();
+    ask(&mut motor, TIMEOUT_OF_3500_MS);
+    // A_SOLL, T_SOLL and V_SOLL, then velocity mode.
+    ask(&mut motor, "10 00 0A 00 06 0C 03 E8 00 00 00 20 00 00 03 FF 00 00");
+    assert_eq!(ask(&mut motor, "10 00 04 00 02 04 00 01 00 00"), "10 00 04 00 02");
+    motor.0.bench.run(Duration::from_secs(3));
+    // V_IST is V_SOLL / 16.
+    let answer = common::gateway::bytes(&ask(&mut motor, "03 00 18 00 02"));
+    let velocity = i16::from_be_bytes([answer[2], answer[3]]);
+    assert!((56..=69).contains(&velocity), "{velocity}");
+    motor.0.notices();
+    motor.0.bench.run(Duration::from_millis(3500));
+    assert!(motor.0.notices().contains(&Notice::ModbusLost));
+    // Passive.
+    assert_eq!(ask(&mut motor, "03 00 04 00 02"), "03 04 00 00 00 00");
+}

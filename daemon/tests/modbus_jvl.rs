@@ -147,3 +147,22 @@ fn a_motor_turns_by_its_registers_alone_until_nobody_polls_any_more() {
     // Passive.
     assert_eq!(ask(&mut motor, "03 00 04 00 02"), "03 04 00 00 00 00");
 }
+
+#[test]
+fn registers_that_move_the_motor_are_its_owners() {
+    let can = od::Owner { bus: od::Bus::CanOpen, link: None };
+    let mut motor = motor();
+    motor.0.bench.core.set_owner(0, Some(can));
+    // MODE_REG, P_SOLL, V_SOLL and the command register of the module; P7 is nobody's.
+    for address in ["00 04", "00 06", "00 0A", "80 1E"] {
+        assert_eq!(ask(&mut motor, &format!("10 {address} 00 02 04 00 01 00 00")), "90 03", "{address}");
+    }
+    assert_eq!(ask(&mut motor, "10 00 6E 00 02 04 00 01 00 00"), "10 00 6E 00 02");
+    motor.0.bench.core.set_owner(0, Some(od::Owner { bus: od::Bus::Modbus, link: None }));
+    assert_eq!(ask(&mut motor, "10 00 06 00 02 04 00 01 00 00"), "10 00 06 00 02");
+    for object in ["122002", "122003", "102000", "132000"] {
+        let command = if object.starts_with("12") { "23" } else { "2F" };
+        let refusal = format!("581#80{object}22000008");
+        assert_eq!(motor.0.bench.send(&format!("601#{command}{object}01000000")), [refusal]);
+    }
+}

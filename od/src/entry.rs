@@ -147,6 +147,8 @@ pub struct Entry {
     pub max_length: usize,
     /// The axis that this entry commands: only that axis's owner may write it.
     pub command: Option<u8>,
+    /// Whether it is stored like a parameter although it is a command.
+    pub is_kept: bool,
     /// Whether its value belongs to the moment and is never stored, although it can be read and written.
     pub is_volatile: bool,
     /// The owner's objection, if any.
@@ -173,6 +175,7 @@ impl Entry {
             initial: Initial::Value(Value::zero(data_type)),
             max_length: Self::DEFAULT_MAX_LENGTH,
             command: None,
+            is_kept: false,
             is_volatile: false,
             veto: None,
             is_local: false,

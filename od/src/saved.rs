@@ -78,7 +78,8 @@ impl Entry {
     /// Whether its value can be stored: it can be read and written, commands nothing and is not volatile.
     #[must_use]
     pub fn is_parameter(&self) -> bool {
-        self.access.is_readable() && self.access.is_writable() && self.command.is_none() && !self.is_volatile
+        let is_setting = self.command.is_none() || self.is_kept;
+        self.access.is_readable() && self.access.is_writable() && is_setting && !self.is_volatile
     }
 }
 

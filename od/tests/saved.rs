@@ -188,3 +188,10 @@ fn what_does_not_fit_the_device_is_left_out_and_counted() {
     dictionary.reset();
     assert_eq!(value(&dictionary, 0x6002), Value::Fixed(2.5_f64.to_bits()));
 }
+
+#[test]
+fn a_command_may_be_kept_all_the_same() {
+    let command = Entry { command: Some(0), ..entry(Unsigned16, ReadWrite) };
+    assert!(!command.is_parameter());
+    assert!(Entry { is_kept: true, ..command }.is_parameter());
+}

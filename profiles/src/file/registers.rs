@@ -299,5 +299,10 @@ fn entry(sub: u8, register: &Register, pdo: Mappable) -> Entry {
     };
     entry.initial = register.initial.clone();
     entry.is_volatile = register.is_volatile;
+    // A motor also stores those that command it.
+    if register.role.is_some_and(Role::commands) {
+        entry.command = Some(0);
+        entry.is_kept = true;
+    }
     entry
 }

@@ -17,6 +17,28 @@ macro_rules! roles {
         }
 
         impl Role {
+    /// Whether what is written there moves the motor, or changes how it moves: its owner alone may do that.
+    #[must_use]
+    pub fn commands(self) -> bool {
+        [
+            Self::ModeReg,
+            Self::PSoll,
+            Self::PNew,
+            Self::VSoll,
+            Self::ASoll,
+            Self::TSoll,
+            Self::PRegP,
+            Self::VRegP,
+            Self::ARegP,
+            Self::TRegP,
+            Self::LRegP,
+            Self::ZRegP,
+            Self::Command,
+            Self::ModuleCommand,
+        ]
+        .contains(&self)
+    }
+
             /// Every role, in the order of the discriminants.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 

@@ -17,28 +17,6 @@ macro_rules! roles {
         }
 
         impl Role {
-    /// Whether what is written there moves the motor, or changes how it moves: its owner alone may do that.
-    #[must_use]
-    pub fn commands(self) -> bool {
-        [
-            Self::ModeReg,
-            Self::PSoll,
-            Self::PNew,
-            Self::VSoll,
-            Self::ASoll,
-            Self::TSoll,
-            Self::PRegP,
-            Self::VRegP,
-            Self::ARegP,
-            Self::TRegP,
-            Self::LRegP,
-            Self::ZRegP,
-            Self::Command,
-            Self::ModuleCommand,
-        ]
-        .contains(&self)
-    }
-
             /// Every role, in the order of the discriminants.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
@@ -554,6 +532,30 @@ impl FromStr for Role {
 impl fmt::Display for Role {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+impl Role {
+    /// Whether what is written there moves the motor, or changes how it moves: its owner alone may do that.
+    #[must_use]
+    pub fn commands(self) -> bool {
+        [
+            Self::ModeReg,
+            Self::PSoll,
+            Self::PNew,
+            Self::VSoll,
+            Self::ASoll,
+            Self::TSoll,
+            Self::PRegP,
+            Self::VRegP,
+            Self::ARegP,
+            Self::TRegP,
+            Self::LRegP,
+            Self::ZRegP,
+            Self::Command,
+            Self::ModuleCommand,
+        ]
+        .contains(&self)
     }
 }
 

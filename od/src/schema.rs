@@ -77,8 +77,13 @@ impl Schema {
 
     /// Gives the entry at `address`, if it exists, another default, which must be of its type.
     pub fn set_initial(&mut self, address: Address, value: Value) {
+        self.set_default(address, Initial::Value(value));
+    }
+
+    /// As [`Schema::set_initial`], for a default that may follow the Node-ID.
+    pub fn set_default(&mut self, address: Address, initial: Initial) {
         if let Some(entry) = self.slot(address).and_then(|s| self.entries.get_mut(s.position())) {
-            entry.initial = Initial::Value(value);
+            entry.initial = initial;
         }
     }
 

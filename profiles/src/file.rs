@@ -6,10 +6,10 @@ use std::sync::Arc;
 use od::{Address, Object, Schema, SchemaError};
 
 use crate::profile::Dialect;
-use crate::{Diagnostics, Profile, RegisterFile, Report, Span};
+use crate::{Diagnostics, MotorData, Profile, RegisterFile, Report, Span};
 
 mod base;
-mod default;
+pub(crate) mod default;
 mod motors;
 mod object;
 mod pdo;
@@ -24,21 +24,26 @@ use registers::Lists;
 const FIRST_OF_APPLICATION: u16 = 0x2000;
 
 /// See [`Profile::parse`].
-pub(crate) fn parse(file: &str, text: &str, motor: Option<&str>) -> Result<Profile, Diagnostics> {
+pub(crate) fn parse(
+    file: &str,
+    text: &str,
+    motor: Option<&str>,
+    data: &MotorData,
+) -> Result<Profile, Diagnostics> {
     let mut report = Report::default();
     let mut document = Document::parse(text, &mut report);
     document.iter_mut().for_each(|document| base::extend(document, &mut report));
-    let profile = document.and_then(|document| read(document.root(&mut report), motor));
+    let profile = document.and_then(|document| read(document.root(&mut report), motor, data));
     report.conclude(file, text, profile)
 }
 
-fn read(mut file: Table<'_, '_>, motor: Option<&str>) -> Option<Profile> {
+fn read(mut file: Table<'_, '_>, motor: Option<&str>, data: &MotorData) -> Option<Profile> {
     let name = file.require::<&str>("name");
     let description = file.require::<&str>("description");
     let vendor = file.require::<&str>("vendor");
     let product = file.require::<&str>("product");
     let dialect = file.word("dialect", dialect, ["cia402", "jvl"]).map(|d| *d.get_ref());
-    let motors = motors::read(&mut file, motor);
+    let motors = motors::read(&mut file, motor, data);
 
     let chosen = motors.as_ref().and_then(|motors| motors.chosen.as_ref());
     let mut objects = Objects::new(Lists::read(&mut file, chosen));

@@ -9,6 +9,7 @@
 
 mod binding;
 mod cia402;
+mod defaults;
 mod device;
 mod diagnostics;
 mod error_code;
@@ -26,11 +27,12 @@ mod vendor;
 pub use axis::{Input, Position, PositionRange, ScheduledFault, Supply, Voltage};
 pub use binding::{Binding, UnknownBinding};
 pub use cia402::{Command, Controlword, Fault, Mode, State, Statusword, Transition};
+pub use defaults::{NoEntry, OwnDefault};
 pub use device::{AxisStatus, Device, DeviceEvent, Keep, NoPlant, StoreOrder};
 pub use diagnostics::{Diagnostic, Diagnostics, Report, Span, line_and_column};
 pub use error_code::error_text;
 pub use file::reader;
-pub use motor::{Motor, MotorKind, StepperMotor};
+pub use motor::{Motor, MotorData, MotorKind, StepperMotor};
 pub use plant::{INPUT_WORDS, NoiseSetup, PlantFault, PlantSetup, Repair, SupplySetup, UnknownFault};
 pub use profile::{Bound, Dialect, Identity, Later, Profile, Timing};
 pub use register::{Behind, Format, Register, RegisterFile, RegisterList, Role, Space, UnknownRole};

@@ -8,7 +8,8 @@ use od::{AbortCode, Address, DataType, Initial, PdoTraits, Schema, Value, Veto, 
 use crate::cia402::units::factors;
 use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
 use crate::{
-    Binding, Diagnostics, Mode, Motor, Register, RegisterFile, RegisterList, Role, Space, file, jvl,
+    Binding, Diagnostics, Mode, Motor, MotorData, Register, RegisterFile, RegisterList, Role, Space, file,
+    jvl,
 };
 
 /// Who a device says it is (0x1018; CiA 301 v4.2, section 7.5.2.21); what is `None` stays as its profile has it.
@@ -138,7 +139,20 @@ impl Profile {
     /// # Errors
     /// Everything that is wrong with the file; also that it has no such motor.
     pub fn parse(file: &str, text: &str, motor: Option<&str>) -> Result<Self, Diagnostics> {
-        file::parse(file, text, motor).map(|profile| profile.guarded().with_sheet())
+        Self::parse_with(file, text, motor, &MotorData::default())
+    }
+
+    /// As [`Profile::parse`], for a motor with other data than those of the file.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the file; also that it has no such motor.
+    pub fn parse_with(
+        file: &str,
+        text: &str,
+        motor: Option<&str>,
+        data: &MotorData,
+    ) -> Result<Self, Diagnostics> {
+        file::parse(file, text, motor, data).map(|profile| profile.guarded().with_sheet())
     }
 
     /// The same profile with the device's own objections to what is written.
@@ -163,7 +177,7 @@ impl Profile {
     }
 
     /// The same profile with its electronic data sheet in 0x1021, if it has that (CiA 301 v4.2, section 7.5.2.24).
-    fn with_sheet(mut self) -> Self {
+    pub(crate) fn with_sheet(mut self) -> Self {
         let sheet = Address::new(0x1021, 0);
         if self.communication.slot(sheet).is_some() {
             let text = self.eds().into_bytes();

@@ -46,7 +46,7 @@ pub(super) fn is_motor_datum(default: Scalar<'_>) -> bool {
 
 /// The `default` of an entry of `data_type`; `None` if it does not suit, which is reported, or if it asks for a
 /// motor that could not be read.
-pub(super) fn initial(
+pub(crate) fn initial(
     data_type: DataType,
     default: &Spanned<Scalar<'_>>,
     motor: Option<&Motor>,

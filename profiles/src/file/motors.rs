@@ -1,7 +1,8 @@
 //! The motors of a profile file: `[motors.<name>]` tables and `default_motor`. A device without axes has none.
 
 use super::reader::{Node, Spanned, Table};
-use crate::{Motor, MotorKind, RegisterList, Report, StepperMotor};
+use crate::motor::limits;
+use crate::{Motor, MotorData, MotorKind, RegisterList, Report, StepperMotor};
 
 /// The chosen motor and the names of all.
 pub(super) struct Motors {
@@ -9,8 +10,8 @@ pub(super) struct Motors {
     pub(super) names: Vec<String>,
 }
 
-/// Reads all motors and chooses `wanted`, or the default one.
-pub(super) fn read(file: &mut Table<'_, '_>, wanted: Option<&str>) -> Option<Motors> {
+/// Reads all motors and chooses `wanted`, or the default one, which then has other `data`.
+pub(super) fn read(file: &mut Table<'_, '_>, wanted: Option<&str>, data: &MotorData) -> Option<Motors> {
     let default = file.get::<Spanned<&str>>("default_motor");
     let (node, tables) = match file.get::<Node>("motors") {
         Some(node) => (node.span(), node.tables(file.report)),
@@ -42,18 +43,18 @@ pub(super) fn read(file: &mut Table<'_, '_>, wanted: Option<&str>) -> Option<Mot
             return None;
         }
     };
+    let chosen = chosen.map(|motor| data.apply(motor));
     Some(Motors { chosen, names: names.into_iter().map(str::to_owned).collect() })
 }
 
 fn motor(name: &str, node: Node<'_>, report: &mut Report) -> Option<Motor> {
-    const NANOS_PER_SECOND: u64 = 1_000_000_000;
     let mut table = node.open(report);
-    let counts_per_revolution = table.require_in("counts_per_revolution", 1..=u32::MAX);
-    let raster_ns = table.require_in("raster_ns", 1..=NANOS_PER_SECOND);
-    let max_speed_rpm = table.require_in("max_speed_rpm", 1..=1_000_000);
-    let rated_torque_nm = table.require_in("rated_torque_nm", 1e-6..=1e6);
-    let peak_torque_factor = table.require_in("peak_torque_factor", 1.0..=100.0);
-    let rotor_inertia_kg_m2 = table.require_in("rotor_inertia_kg_m2", 1e-12..=1e6);
+    let counts_per_revolution = table.require_in("counts_per_revolution", limits::COUNTS);
+    let raster_ns = table.require_in("raster_ns", limits::RASTER);
+    let max_speed_rpm = table.require_in("max_speed_rpm", limits::SPEED);
+    let rated_torque_nm = table.require_in("rated_torque_nm", limits::TORQUE);
+    let peak_torque_factor = table.require_in("peak_torque_factor", limits::PEAK);
+    let rotor_inertia_kg_m2 = table.require_in("rotor_inertia_kg_m2", limits::INERTIA);
     let kind = kind(&mut table);
     let type_code = table.get("type_code").unwrap_or(0);
     let registers = registers(&mut table);

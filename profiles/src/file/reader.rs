@@ -57,14 +57,19 @@ impl<'d> Node<'d> {
         self.span.clone()
     }
 
+    /// The keys of the table, each with the value behind it; values of other types are reported.
+    pub fn values<T: FromToml<'d>>(&self, report: &mut Report) -> Vec<(Spanned<&'d str>, T)> {
+        let read = |(key, value): (&'d Spanned<_>, _)| {
+            let name = name_of(key);
+            let value = T::from_toml(name.get_ref(), value, report)?;
+            Some((name, value))
+        };
+        self.entries.iter().filter_map(read).collect()
+    }
+
     /// The keys of the table, each with the table behind it.
     pub fn tables(&self, report: &mut Report) -> Vec<(Spanned<&'d str>, Self)> {
-        let open = |(key, value): (&'d Spanned<_>, _)| {
-            let name = name_of(key);
-            let node = Self::from_toml(name.get_ref(), value, report)?;
-            Some((name, node))
-        };
-        self.entries.iter().filter_map(open).collect()
+        self.values(report)
     }
 }
 

@@ -5,9 +5,10 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 
 use profiles::reader::{Node, Spanned, Table};
-use profiles::{PlantSetup, Profile, Report, Span, Timing};
+use profiles::{MotorData, OwnDefault, PlantSetup, Profile, Report, Span, Timing};
 
 use crate::bus::BusDraft;
+use crate::defaults;
 use crate::gateway::unique_name;
 use crate::identity;
 use crate::modbus::{self, Listener, ModbusView};
@@ -20,7 +21,7 @@ use crate::switches::{self, MOTOR_ADDRESS, SWITCHES};
 pub struct Device {
     /// Name, unique among the devices.
     pub name: String,
-    /// What it is; devices with the same profile and motor, and no identity of their own, share one.
+    /// What it is; devices with the same profile and motor, and nothing of their own, share one.
     pub profile: Arc<Profile>,
     /// Where it stands; empty if only Modbus reaches it.
     pub on: Vec<Attachment>,
@@ -37,6 +38,10 @@ pub struct Device {
     pub modbus: ModbusView,
     /// Who may command its axes; everybody without a word.
     pub owner: Option<Owner>,
+    /// Defaults that its objects have otherwise than in its profile file.
+    pub defaults: Vec<OwnDefault>,
+    /// What its motor has otherwise than in its profile file; that profile has it already.
+    pub motor_data: MotorData,
     /// What the simulated plant of each of its axes has otherwise than its motor says.
     pub plant: PlantSetup,
 }
@@ -112,7 +117,10 @@ impl<'b, 'r> Devices<'b, 'r> {
         let name = unique_name(&mut table, "device", |name| self.names.iter().any(|other| other == name));
         let profile = table.require::<Spanned<&str>>("profile");
         let motor = table.get::<Spanned<&str>>("motor");
-        let profile = profile.and_then(|profile| self.resolver.find(&profile, motor.as_ref(), table.report));
+        let own_motor = defaults::motor_data(&mut table);
+        let profile = profile.and_then(|profile| {
+            self.resolver.find(&profile, motor.as_ref(), own_motor.as_ref(), table.report)
+        });
         let label = name.clone().unwrap_or_default();
         let on = self.attachments(&mut table, &label, profile.as_deref());
         let unit_id = self.unit_id(&mut table, on.as_deref(), &label);
@@ -124,12 +132,16 @@ impl<'b, 'r> Devices<'b, 'r> {
         let has_modbus = self.has_modbus || own.is_some();
         self.own.extend(own.map(|own| own.own(self.read.len(), table.report)));
         let owner = self.owner(&mut table, on.as_deref(), has_modbus);
+        let (profile, defaults) = defaults::read(&mut table, profile);
         let (profile, has_serial) = identity::read(&mut table, profile);
         let serial = (!has_serial).then(|| identity::serial_of(&label));
         let plant = plant::read(&mut table);
-        if table.has("plant") && profile.as_ref().is_some_and(|profile| profile.axes() == 0) {
-            let help = "leave it out".to_owned();
-            table.report.error(&table.key_span("plant"), "a device without an axis has no plant", help);
+        let is_without_axis = profile.as_ref().is_some_and(|profile| profile.axes() == 0);
+        for (key, what) in [("plant", "plant"), ("motor_data", "motor")] {
+            if table.has(key) && is_without_axis {
+                let message = format!("a device without an axis has no {what}");
+                table.report.error(&table.key_span(key), message, "leave it out".to_owned());
+            }
         }
         table.finish();
         self.names.push(label);
@@ -143,6 +155,8 @@ impl<'b, 'r> Devices<'b, 'r> {
             timing,
             modbus,
             owner,
+            defaults,
+            motor_data: own_motor.map(|own| own.data).unwrap_or_default(),
             plant,
         }));
     }

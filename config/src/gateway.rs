@@ -10,6 +10,7 @@ use crate::bus::{self, Bus};
 use crate::device::{Device, Devices};
 use crate::modbus::{self, Listener};
 use crate::resolve::{ReadFile, Resolver};
+use crate::service::{self, Service};
 
 /// What a gateway file says, checked.
 #[derive(Clone, Debug)]
@@ -24,6 +25,8 @@ pub struct Gateway {
     pub storage: Option<PathBuf>,
     /// Path of the control socket; without one the daemon looks for a place.
     pub control: Option<PathBuf>,
+    /// What concerns the daemon itself.
+    pub service: Service,
 }
 
 /// Reads the gateway file `text`, which stands at `file`; profile files are read by `read`.
@@ -54,6 +57,7 @@ fn read_gateway(mut file: Table<'_, '_>, resolver: &mut Resolver<'_>) -> Option<
     let control = section(&mut file, "control", |table| {
         path(table, "socket", "control socket needs a path", "/run/axisd/control.sock")
     });
+    let service = service::read(&mut file);
     let buses = bus::read_all(&mut file);
     let nodes = file.get::<Vec<Node>>("device").unwrap_or_default();
     let mut devices = Devices::new(&buses, resolver, has_modbus, listening);
@@ -66,11 +70,16 @@ fn read_gateway(mut file: Table<'_, '_>, resolver: &mut Resolver<'_>) -> Option<
     file.finish();
     let buses = buses.into_iter().zip(bit_rates).map(|(bus, rate)| bus.finish(rate));
     let buses = buses.collect::<Option<_>>()?;
-    Some(Gateway { buses, devices: devices?, modbus: listeners, storage, control })
+    Some(Gateway { buses, devices: devices?, modbus: listeners, storage, control, service })
 }
 
 /// The path at `key`, which must not be empty; a relative one is from where the program runs. `example` is a good one.
-fn path(table: &mut Table<'_, '_>, key: &'static str, need: &str, example: &str) -> Option<PathBuf> {
+pub(crate) fn path(
+    table: &mut Table<'_, '_>,
+    key: &'static str,
+    need: &str,
+    example: &str,
+) -> Option<PathBuf> {
     let path = table.require::<Spanned<&str>>(key)?;
     if path.get_ref().is_empty() {
         let help = format!("write one, such as \"{example}\"");
@@ -80,7 +89,7 @@ fn path(table: &mut Table<'_, '_>, key: &'static str, need: &str, example: &str)
 }
 
 /// What `read` makes of the table `key`, if there is one.
-fn section<T>(
+pub(crate) fn section<T>(
     file: &mut Table<'_, '_>,
     key: &'static str,
     read: impl FnOnce(&mut Table<'_, '_>) -> Option<T>,

@@ -7,6 +7,7 @@
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
 
 mod bus;
+mod defaults;
 mod device;
 mod gateway;
 mod identity;
@@ -14,15 +15,18 @@ mod modbus;
 mod network;
 mod plant;
 mod resolve;
+mod service;
 mod switches;
 
 pub use bus::{Bus, Link};
+pub use defaults::LIMITS;
 pub use device::{Attachment, Device, Owner, UNCONFIGURED};
 pub use gateway::{Gateway, load};
 pub use modbus::{Listener, ModbusDialect, ModbusView, WhenFull, WordOrder};
 pub use network::{Network, NoNetwork};
 pub use profiles::{Diagnostic, Diagnostics};
 pub use resolve::{PROFILE_DIRECTORY, ReadFile};
+pub use service::{Audit, LOG_MODULES, Level, Log, LogFormat, Realtime, Service};
 
 /// A gateway file that runs anywhere: two motors on a virtual bus that others join by socketcand.
 pub const DEMO: &str = include_str!("../examples/demo.toml");

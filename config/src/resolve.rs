@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::defaults::OwnMotor;
 use profiles::reader::Spanned;
 use profiles::{Diagnostic, Diagnostics, Profile, Report};
 
@@ -37,8 +38,32 @@ impl<'r> Resolver<'r> {
         Self { directory, read, sources: HashMap::new(), wrong: Vec::new() }
     }
 
-    /// The profile `name` with `motor` or its default one; `None` if there is none, which is reported.
+    /// The profile `name` with `motor` or its default one, which may have other data; `None` if there is none, which is
+    /// reported.
     pub(crate) fn find(
+        &mut self,
+        name: &Spanned<&str>,
+        motor: Option<&Spanned<&str>>,
+        own: Option<&OwnMotor>,
+        report: &mut Report,
+    ) -> Option<Arc<Profile>> {
+        let profile = self.shared(name, motor, report)?;
+        let Some(OwnMotor { data, span }) = own else { return Some(profile) };
+        let Source { file, text, .. } = self.sources.get(*name.get_ref())?;
+        let wanted = profile.motor.as_ref().map(|motor| motor.name.as_str());
+        match Profile::parse_with(file, text, wanted, data) {
+            Ok(own) => Some(Arc::new(own)),
+            Err(Diagnostics(wrong)) => {
+                // The file is good, so it is the data that it does not take.
+                let first = wrong.first().map_or("", |wrong| wrong.message.as_str());
+                report.error(span, format!("the profile does not take these data: {first}"), None);
+                None
+            }
+        }
+    }
+
+    /// The profile that all devices share which have nothing of their own.
+    fn shared(
         &mut self,
         name: &Spanned<&str>,
         motor: Option<&Spanned<&str>>,

@@ -30,6 +30,9 @@ enum Command {
         /// Print the findings as JSON, for editors and other programs
         #[arg(long)]
         json: bool,
+        /// Print what comes of it, with all that it leaves to profiles, motors and defaults
+        #[arg(long)]
+        explain: bool,
     },
     /// Print the electronic data sheet of a device
     Eds {
@@ -93,7 +96,7 @@ pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run(Run { source: Source { config: Some(file), .. }, .. }) => run::file(&file),
         Command::Run(Run { source: Source { config: None, .. }, socketcand }) => run::demo(socketcand),
-        Command::Check { file, json } => commands::check(&file, json),
+        Command::Check { file, json, explain } => commands::check(&file, json, explain),
         Command::Eds { config, device } => commands::eds(&config, &device),
         Command::Registers { config, device } => commands::registers(&config, &device),
     };

@@ -5,9 +5,12 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use config::{Device, Diagnostic, Diagnostics, Gateway};
+use od::Instant;
+use serde::Serialize;
 
 use crate::cli::Failure;
-use crate::{modbus_tcp, registers};
+use crate::explain::Explanation;
+use crate::{modbus_tcp, registers, run};
 
 /// The configuration in `file`.
 pub(crate) fn load(file: &Path) -> Result<Gateway, Failure> {
@@ -29,17 +32,26 @@ fn read(file: &Path) -> Result<Gateway, Diagnostics> {
     parse(&name, &text)
 }
 
-/// `axisd check`: for a reader, or all findings as JSON for a program.
-pub(crate) fn check(file: &Path, as_json: bool) -> Result<(), Failure> {
-    let outcome = read(file);
-    if as_json {
-        let none = Diagnostics::default();
-        let wrong = outcome.as_ref().err().unwrap_or(&none);
-        let text = serde_json::to_string_pretty(wrong).map_err(|error| Failure::Other(error.to_string()))?;
-        print(&format!("{text}\n"))?;
-        return if outcome.is_ok() { Ok(()) } else { Err(Failure::ConfigurationShown) };
+/// `axisd check`: for a reader, or all findings as JSON for a program; on demand also what comes of it.
+pub(crate) fn check(file: &Path, as_json: bool, explain: bool) -> Result<(), Failure> {
+    let gateway = match read(file) {
+        Ok(gateway) => gateway,
+        Err(wrong) if as_json => {
+            print(&json(&wrong)?)?;
+            return Err(Failure::ConfigurationShown);
+        }
+        Err(wrong) => return Err(Failure::Configuration(wrong.to_string())),
+    };
+    // What only the bus engine can tell: mappings of PDOs, for example.
+    run::core(&gateway, Instant::ZERO)?;
+    if explain {
+        let explanation = Explanation::new(&gateway, run::storage_directory(&gateway).as_deref());
+        let text = explanation.text().map_err(|error| Failure::Other(error.to_string()));
+        return print(&if as_json { json(&explanation)? } else { text? });
     }
-    let gateway = outcome.map_err(|wrong| Failure::Configuration(wrong.to_string()))?;
+    if as_json {
+        return print(&json(&Diagnostics::default())?);
+    }
     let count = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
     let buses = gateway.buses.len();
     let buses = if buses == 1 { "1 bus".to_owned() } else { format!("{buses} buses") };
@@ -48,6 +60,11 @@ pub(crate) fn check(file: &Path, as_json: bool) -> Result<(), Failure> {
     let lines = rates
         .map(|(name, rate)| format!("bus `{name}`: {rate} kbit/s; axisd leaves its interface as it is\n"));
     print(&lines.collect::<String>())
+}
+
+fn json(value: &impl Serialize) -> Result<String, Failure> {
+    let text = serde_json::to_string_pretty(value).map_err(|error| Failure::Other(error.to_string()))?;
+    Ok(text + "\n")
 }
 
 /// `axisd eds`.

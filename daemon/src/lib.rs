@@ -8,6 +8,7 @@
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
 
 pub mod alarm;
+mod audit;
 pub mod axisctl;
 pub mod cli;
 pub mod clock;
@@ -17,9 +18,10 @@ pub mod core;
 mod core_loop;
 mod demo;
 pub mod dump;
+mod explain;
 pub mod latency;
 mod link;
-mod log;
+pub mod log;
 mod modbus_tcp;
 pub mod motion;
 pub mod objects;

@@ -9,8 +9,16 @@ use tracing::{info, warn};
 
 use crate::core::{Core, Notice};
 use crate::link::Link;
+use crate::log::module::{BUS, DEVICE, STORAGE};
 use crate::log::{Limiter, Subject};
 use crate::storage::Failure;
+
+/// A line that is a warning or not, with its fields.
+macro_rules! say {
+    ($is_bad:expr, $($line:tt)*) => {
+        if $is_bad { warn!($($line)*) } else { info!($($line)*) }
+    };
+}
 
 /// Knows what was said last.
 #[derive(Debug)]
@@ -52,7 +60,8 @@ impl Reporter {
             };
             let unsent = interface.losses().unsent;
             if unsent > *known && self.limiter.admit(now, Subject::Bus(number), "unsent").is_some() {
-                warn!("bus {}: {} frames could not be sent", link.name, unsent - *known);
+                let bus = &*link.name;
+                warn!(target: BUS, bus, "bus {bus}: {} frames could not be sent", unsent - *known);
                 *known = unsent;
             }
         }
@@ -70,13 +79,13 @@ impl Reporter {
         let Some(trouble) = self.troubles.get_mut(link) else { return };
         let error = error.map(io::Error::to_string);
         match &error {
-            None => info!("bus {bus}: on interface {interface}"),
+            None => info!(target: BUS, bus, "bus {bus}: on interface {interface}"),
             Some(error) if trouble.as_ref() == Some(error) => return,
             Some(error) => {
                 if self.limiter.admit(now, Subject::Bus(link), "interface").is_none() {
                     return;
                 }
-                warn!("bus {bus}: interface {interface}: {error}; trying again");
+                warn!(target: BUS, bus, "bus {bus}: interface {interface}: {error}; trying again");
             }
         }
         *trouble = error;
@@ -87,7 +96,7 @@ impl Reporter {
         let (text, is_bad) = (state.name(), state != BusState::Active);
         let Some(suppressed) = self.limiter.admit(now, Subject::Bus(link), text) else { return };
         let more = left_out(suppressed);
-        if is_bad { warn!("bus {bus}: {text}{more}") } else { info!("bus {bus}: {text}{more}") }
+        say!(is_bad, target: BUS, bus, "bus {bus}: {text}{more}");
     }
 
     /// Says that the parameters of a device are stored, or why not.
@@ -98,8 +107,8 @@ impl Reporter {
         }
         let (device, _) = self.device(device);
         match failure {
-            None => info!("{device}: parameters stored"),
-            Some(failure) => warn!("{device}: parameters not stored: {failure}"),
+            None => info!(target: STORAGE, device, "{device}: parameters stored"),
+            Some(failure) => warn!(target: STORAGE, device, "{device}: parameters not stored: {failure}"),
         }
     }
 
@@ -107,7 +116,7 @@ impl Reporter {
     pub(crate) fn ordered(&mut self, now: Instant, device: &str, change: &str) {
         let Some(number) = self.devices().position(|name| name == device) else { return };
         if let Some(suppressed) = self.limiter.admit(now, Subject::Device(number), "ordered") {
-            info!("{device}: {change}{}", left_out(suppressed));
+            info!(target: DEVICE, device, "{device}: {change}{}", left_out(suppressed));
         }
     }
 
@@ -145,7 +154,22 @@ impl Reporter {
             Notice::ModbusLost => "connection lost: no Modbus client asks any more".to_owned(),
         };
         let more = left_out(suppressed);
-        if is_bad { warn!("{device}: {text}{more}") } else { info!("{device}: {text}{more}") }
+        let (node, code) = node_and_code(notice);
+        say!(is_bad, target: DEVICE, device, node, code, "{device}: {text}{more}");
+    }
+}
+
+/// The Node-ID that a notice is about, if it is about one, and the error code that it tells.
+fn node_and_code(notice: Notice) -> (Option<u8>, Option<u16>) {
+    match notice {
+        Notice::Fault(code) | Notice::FaultOver(code) => (None, Some(code)),
+        Notice::NodeId(node_id) => (Some(node_id), None),
+        Notice::Emergency { producer, emergency } => (Some(producer), Some(emergency.code)),
+        Notice::Reset
+        | Notice::Nmt(_)
+        | Notice::ConnectionLost(_)
+        | Notice::DroppedSteps(_)
+        | Notice::ModbusLost => (None, None),
     }
 }
 

@@ -26,6 +26,7 @@ use crate::core_loop::{CoreLoop, Times};
 use crate::demo;
 use crate::link::{Gauge, Link, Load, SocketCan, measure};
 use crate::log;
+use crate::log::module::{SERVICE, STORAGE};
 use crate::modbus_tcp::{self, Sockets};
 use crate::reporter::Reporter;
 use crate::service_manager::ServiceManager;
@@ -53,9 +54,9 @@ pub(crate) fn demo(socketcand: Option<SocketAddr>) -> Result<(), Failure> {
 fn serve(gateway: &Gateway, advice: &str, introduction: &str) -> Result<(), Failure> {
     let listening = listen(gateway, advice)?;
     let modbus = modbus_tcp::listen_all(gateway)?;
-    let log = log::start();
+    let (log, _dial) = log::start(&gateway.service.log);
     let outcome = run(gateway, listening, modbus, introduction);
-    info!("stopped");
+    info!(target: SERVICE, "stopped");
     drop(log);
     outcome
 }
@@ -68,7 +69,7 @@ fn run(
     introduction: &str,
 ) -> Result<(), Failure> {
     let (socket, listener) = control_socket(gateway)?.unzip();
-    socket.iter().for_each(|socket| info!("control socket {}", socket.path().display()));
+    socket.iter().for_each(|socket| info!(target: SERVICE, "control socket {}", socket.path().display()));
     let mut core_loop = start(gateway, listening, listener)?;
     modbus_tcp::introduce(&mut core_loop.core, gateway);
     if !modbus.is_empty() {
@@ -91,14 +92,7 @@ fn start(
     let alarm = Alarm::new().map_err(other)?;
     let stop = stop_on_signal(&alarm).map_err(other)?;
     let links = links(gateway, &listening, clock);
-    let mut core = Core::new(links.len() as u16, &plans(gateway), clock.now()).map_err(|error| {
-        let device = gateway.devices.get(error.device).map_or("?", |device| device.name.as_str());
-        Failure::Configuration(format!("device `{device}`: {}", error.reason))
-    })?;
-    for (number, device) in gateway.devices.iter().enumerate() {
-        device.sdo_timeout.into_iter().for_each(|timeout| core.set_sdo_timeout(number, timeout));
-        core.set_timing(number, device.timing);
-    }
+    let mut core = core(gateway, clock.now())?;
     let (publisher, reader) = control::board(alarm.bell());
     let publisher = control.is_some().then_some(publisher);
     let (inbox, orders) = control::orders(alarm.bell());
@@ -133,9 +127,22 @@ fn start(
     })
 }
 
+/// The devices of `gateway` on its buses.
+pub(crate) fn core(gateway: &Gateway, now: Instant) -> Result<Core, Failure> {
+    let mut core = Core::new(gateway.buses.len() as u16, &plans(gateway), now).map_err(|error| {
+        let device = gateway.devices.get(error.device).map_or("?", |device| device.name.as_str());
+        Failure::Configuration(format!("device `{device}`: {}", error.reason))
+    })?;
+    for (number, device) in gateway.devices.iter().enumerate() {
+        device.sdo_timeout.into_iter().for_each(|timeout| core.set_sdo_timeout(number, timeout));
+        core.set_timing(number, device.timing);
+    }
+    Ok(core)
+}
+
 /// Where devices store their parameters: where the configuration says, else in the directory that the service manager has
 /// made for this service, else nowhere.
-fn storage_directory(gateway: &Gateway) -> Option<PathBuf> {
+pub(crate) fn storage_directory(gateway: &Gateway) -> Option<PathBuf> {
     gateway.storage.clone().or_else(|| control::directory_of_service("STATE_DIRECTORY"))
 }
 
@@ -163,12 +170,12 @@ fn load_parameters(core: &mut Core, now: Instant, directory: &Path, devices: &[S
             Ok(Some(parameters)) => match core.load(now, number, parameters) {
                 0 => {}
                 left_out => {
-                    warn!("{device}: {left_out} stored values do not fit the profile and are left out");
+                    warn!(target: STORAGE, device, "{device}: {left_out} stored values do not fit the profile and are left out");
                 }
             },
             Err(error) => {
                 let file = directory.join(storage::file_name(device));
-                warn!("{device}: starts with the defaults, for {} cannot be used: {error}", file.display());
+                warn!(target: STORAGE, device, "{device}: starts with the defaults, for {} cannot be used: {error}", file.display());
                 core.lose_parameters(number);
             }
         }
@@ -232,7 +239,9 @@ fn control_socket(gateway: &Gateway) -> Result<Option<(ControlSocket, UnixListen
         });
     }
     let bound = ControlSocket::bind_first(&control::places_to_serve());
-    Ok(bound.map_err(|tried| warn!("no control socket, axisctl finds nobody; tried {tried}")).ok())
+    Ok(bound
+        .map_err(|tried| warn!(target: SERVICE, "no control socket, axisctl finds nobody; tried {tried}"))
+        .ok())
 }
 
 /// Serves the clients of the socketcand ports and of the control socket; what the former send comes out.

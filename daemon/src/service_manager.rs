@@ -16,6 +16,8 @@ use od::Instant;
 use sd_notify::NotifyState;
 use tracing::warn;
 
+use crate::log::module::SERVICE;
+
 /// The manager, if there is one, and what it expects.
 #[derive(Debug)]
 pub(crate) struct ServiceManager {
@@ -31,7 +33,7 @@ impl ServiceManager {
         let socket = env::var_os("NOTIFY_SOCKET").and_then(|path| {
             let opened = open(&path);
             opened
-                .map_err(|error| warn!("the service manager at {} is not told: {error}", path.display()))
+                .map_err(|error| warn!(target: SERVICE, "the service manager at {} is not told: {error}", path.display()))
                 .ok()
         });
         let time_out =
@@ -45,7 +47,7 @@ impl ServiceManager {
         let text: String = states.iter().map(|state| format!("{state}\n")).collect();
         let sent = socket.send_to_addr(text.as_bytes(), address);
         if let (Err(error), true) = (&sent, self.is_heard) {
-            warn!("the service manager could not be told: {error}");
+            warn!(target: SERVICE, "the service manager could not be told: {error}");
         }
         self.is_heard = sent.is_ok();
     }

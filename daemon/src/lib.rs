@@ -26,6 +26,7 @@ mod modbus_tcp;
 pub mod motion;
 pub mod objects;
 pub mod registers;
+mod realtime;
 mod reporter;
 mod run;
 mod service_manager;

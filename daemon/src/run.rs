@@ -28,6 +28,7 @@ use crate::link::{Gauge, Link, Load, SocketCan, measure};
 use crate::log;
 use crate::log::module::{SERVICE, STORAGE};
 use crate::modbus_tcp::{self, Sockets};
+use crate::realtime;
 use crate::reporter::Reporter;
 use crate::service_manager::ServiceManager;
 use crate::services;
@@ -76,6 +77,7 @@ fn run(
         let sockets = Sockets::new(modbus).map_err(|error| Failure::Other(error.to_string()))?;
         core_loop.modbus = Some(sockets);
     }
+    realtime::apply(&gateway.service.realtime);
     let outcome = core_loop.run(|| announce(introduction));
     drop(socket);
     outcome.map_err(|error| Failure::Other(error.to_string()))

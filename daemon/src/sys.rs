@@ -1,4 +1,4 @@
-//! The one system call that no safe wrapper offers in full: `recvmmsg` with the time that it took.
+//! System calls that no safe wrapper offers in full: `recvmmsg` with the time that it took, and the scheduling of a thread.
 
 #![allow(unsafe_code)]
 
@@ -50,6 +50,16 @@ pub(crate) fn receive<const SIZE: usize>(
     Ok((received, Duration::from_secs(LONG.unsigned_abs()).saturating_sub(left)))
 }
 
+/// Lets the calling thread run before all that have the usual scheduling or a lower `priority` (sched(7)); what it starts
+/// does not inherit that.
+pub(crate) fn schedule_first_in_first_out(priority: u8) -> nix::Result<()> {
+    let parameters = libc::sched_param { sched_priority: priority.into() };
+    let policy = libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK;
+    // SAFETY: zero is the calling thread, and `parameters` outlives the call, which only reads it.
+    let outcome = unsafe { libc::sched_setscheduler(0, policy, &raw const parameters) };
+    Errno::result(outcome).map(drop)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -79,5 +89,20 @@ mod tests {
         assert_eq!((received, messages[0][0], messages[1][0]), (2, 4, 5));
         let nothing = receive(near.as_fd(), &mut messages, &mut lengths, MsgFlags::MSG_DONTWAIT);
         assert_eq!(nothing, Err(Errno::EAGAIN));
+    }
+
+    #[test]
+    fn a_thread_runs_first_in_first_out_or_is_told_why_not() {
+        thread::spawn(|| {
+            let outcome = schedule_first_in_first_out(1);
+            // SAFETY: it only asks.
+            let policy = unsafe { libc::sched_getscheduler(0) };
+            match outcome {
+                Ok(()) => assert_eq!(policy, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK),
+                Err(error) => assert_eq!((error, policy), (Errno::EPERM, libc::SCHED_OTHER)),
+            }
+        })
+        .join()
+        .unwrap();
     }
 }

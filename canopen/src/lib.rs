@@ -42,7 +42,7 @@ pub use lss::{LssAddress, LssSetting, UNCONFIGURED};
 pub use lss_master::{LssFailure, LssFound, LssMaster, LssStep, LssTask};
 pub use monitor::{Message, Monitor, Pdo, SdoMessage, SdoStep};
 pub use nmt::{NmtCommand, NmtState};
-pub use node::{Abort, BusState, Cause, Counters, Diagnostics, Event, Node, NodeError, Order};
+pub use node::{Abort, BusState, Cause, Counters, Diagnostics, Event, Node, NodeError, Order, Traffic};
 pub use recent::Recent;
 pub use router::Router;
 pub use time::TimeOfDay;

@@ -8,6 +8,7 @@ mod services;
 mod storage;
 mod supervision;
 mod timing;
+mod traffic;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -34,6 +35,7 @@ use storage::Storage;
 pub use diagnostics::{Abort, Diagnostics};
 pub use storage::Order;
 pub use supervision::{BusState, Cause};
+pub use traffic::Traffic;
 
 /// What the owner of a node is to act on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,6 +144,7 @@ pub struct Node {
     events: VecDeque<Event>,
     counters: Counters,
     diagnostics: Diagnostics,
+    traffic: Traffic,
 }
 
 impl Node {
@@ -191,6 +194,7 @@ impl Node {
             events: VecDeque::new(),
             counters: Counters::default(),
             diagnostics: Diagnostics::default(),
+            traffic: Traffic::default(),
         })
     }
 
@@ -262,8 +266,9 @@ impl Node {
         if self.state == NmtState::Operational && self.pace.is_some() {
             self.sample_in_turn(now, application, occasion);
         } else if self.state == NmtState::Operational {
-            let Self { pdos, outbox, counters, .. } = self;
+            let Self { pdos, outbox, counters, traffic, .. } = self;
             for frame in pdos.transmit.iter_mut().filter_map(|t| t.poll(now, application, occasion)) {
+                traffic.tpdos += 1;
                 queue(outbox, counters, frame);
             }
         }

@@ -63,6 +63,7 @@ impl Node {
         if let Some(abort) = Abort::of(&answer) {
             self.diagnostics.aborts.note(now, abort);
         }
+        self.traffic.sdo_answers += 1;
         self.send(answer);
     }
 }

@@ -45,18 +45,20 @@ impl Node {
     /// Samples and sends the TPDOs of a device that takes its time: those that have been processed go, those that are due
     /// now wait for their turn.
     pub(super) fn sample_in_turn(&mut self, now: Instant, application: &Dictionary, occasion: Occasion) {
-        let Self { pdos, pace: Some(pace), outbox, counters, .. } = self else { return };
+        let Self { pdos, pace: Some(pace), outbox, counters, traffic, .. } = self else { return };
         pace.scan(now, application);
         while let Some(position) = pace.take_ready() {
             let scanned = pace.scanned(position);
-            let tpdo = pdos.transmit.get_mut(position);
-            tpdo.into_iter().for_each(|t| queue(outbox, counters, t.compose(application, scanned)));
+            let Some(tpdo) = pdos.transmit.get_mut(position) else { continue };
+            traffic.tpdos += 1;
+            queue(outbox, counters, tpdo.compose(application, scanned));
         }
         let mut is_lost = false;
         for (position, tpdo) in pdos.transmit.iter_mut().enumerate() {
             let Some(frame) = tpdo.poll(now, application, occasion) else { continue };
             let time = tpdo.shape.time(application);
             if time.is_zero() {
+                traffic.tpdos += 1;
                 queue(outbox, counters, frame);
             } else {
                 is_lost |= !pace.transmit(now, position, time);

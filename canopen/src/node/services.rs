@@ -45,6 +45,7 @@ impl Node {
             self.counters.malformed += u64::from(!is_request);
             return;
         }
+        self.traffic.hear(service);
         match service {
             Service::Nmt => self.handle_nmt(now, frame, application),
             Service::Lss => self.handle_lss(now, frame, application.schema()),
@@ -124,8 +125,11 @@ impl Node {
         let mut objects = Objects { communication: &mut self.communication, application };
         let answer = match connection.server.handle(now, message, &objects) {
             Step::Silent => {
-                let Self { outbox, counters, .. } = self;
-                core::iter::from_fn(|| connection.poll_segment()).for_each(|f| queue(outbox, counters, f));
+                let Self { outbox, counters, traffic, .. } = self;
+                while let Some(segment) = connection.poll_segment() {
+                    traffic.sdo_answers += 1;
+                    queue(outbox, counters, segment);
+                }
                 return;
             }
             Step::Answer(answer) => connection.frame(answer),

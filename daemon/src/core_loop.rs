@@ -129,6 +129,7 @@ impl CoreLoop {
             self.reporter.report(now, &mut self.core, &self.links);
             self.publish(now);
             self.manager.feed_watchdog(now);
+            self.time_turn(now);
             if end.is_some_and(|end| end <= now) {
                 return Ok(());
             }
@@ -328,7 +329,7 @@ impl CoreLoop {
 
     /// Gives the status to whoever wants it.
     fn publish(&mut self, now: Instant) {
-        let Self { publisher, core, links, reporter, modbus, times, .. } = self;
+        let Self { publisher, core, links, reporter, modbus, times, clients, .. } = self;
         if let Some(publisher) = publisher.as_mut().filter(|publisher| publisher.is_wanted(now)) {
             let around = status::Around {
                 links,
@@ -336,8 +337,17 @@ impl CoreLoop {
                 listeners: modbus.as_ref().map_or(&[], Sockets::addresses),
                 answers: &times.answers,
                 lateness: &times.lateness,
+                turns: times.turns.as_ref(),
+                waiting_clients: clients.as_ref().map_or(0, mpsc::Receiver::len),
             };
             publisher.publish(now, status::status(now, core, &around));
+        }
+    }
+
+    /// Takes the time of a turn that began at `now`, if somebody wants to know.
+    fn time_turn(&mut self, now: Instant) {
+        if let Some(turns) = &mut self.times.turns {
+            turns.record(self.clock.now().saturating_since(now));
         }
     }
 

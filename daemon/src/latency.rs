@@ -8,17 +8,24 @@ const FINE: usize = 512;
 const PER_OCTAVE: u32 = 8;
 const COARSE: usize = 23 * PER_OCTAVE as usize;
 
+/// Bounds that programs are told: where buckets end.
+const BOUNDS_US: [u64; 20] = [
+    10, 20, 50, 75, 100, 125, 150, 200, 300, 500, 1024, 2048, 4096, 8192, 16_384, 32_768, 65_536, 131_072,
+    262_144, 1_048_576,
+];
+
 /// Times in microseconds; what is longer than an hour counts as an hour.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Histogram {
     buckets: Vec<u64>,
     count: u64,
+    sum: Duration,
     max_us: u64,
 }
 
 impl Default for Histogram {
     fn default() -> Self {
-        Self { buckets: vec![0; FINE + COARSE], count: 0, max_us: 0 }
+        Self { buckets: vec![0; FINE + COARSE], count: 0, sum: Duration::ZERO, max_us: 0 }
     }
 }
 
@@ -30,6 +37,7 @@ impl Histogram {
             *bucket += 1;
         }
         self.count += 1;
+        self.sum = self.sum.saturating_add(time);
         self.max_us = self.max_us.max(micros);
     }
 
@@ -37,6 +45,30 @@ impl Histogram {
     #[must_use]
     pub fn count(&self) -> u64 {
         self.count
+    }
+
+    /// How long they took together.
+    #[must_use]
+    pub fn sum(&self) -> Duration {
+        self.sum
+    }
+
+    /// Bounds in us, each with how many were below it. Buckets end at all of them.
+    pub fn below(&self) -> impl Iterator<Item = (u64, u64)> {
+        let (mut next, mut seen) = (0, 0);
+        BOUNDS_US.into_iter().map(move |bound| {
+            let end = bucket(bound);
+            let buckets = self.buckets.get(next..end).unwrap_or_default();
+            next = end;
+            seen += buckets.iter().sum::<u64>();
+            (bound, seen)
+        })
+    }
+
+    /// How many were below `micros`, to an eighth above half a millisecond.
+    #[must_use]
+    pub fn below_us(&self, micros: u64) -> u64 {
+        self.buckets.iter().take(bucket(micros)).sum()
     }
 
     /// The longest, in us.
@@ -87,6 +119,17 @@ mod tests {
             assert!(end >= micros && end - micros <= micros / 8 + 1, "{micros} us in a bucket up to {end}");
         }
         assert_eq!(bucket(u64::MAX), FINE + COARSE - 1);
+    }
+
+    #[test]
+    fn bounds_part_what_is_below_from_the_rest() {
+        assert!(BOUNDS_US.iter().all(|bound| upper_end(bucket(bound - 1)) == bound - 1));
+        let mut histogram = Histogram::default();
+        BOUNDS_US.iter().for_each(|bound| histogram.record(Duration::from_micros(bound - 1)));
+        BOUNDS_US.iter().for_each(|bound| histogram.record(Duration::from_micros(*bound)));
+        let below: Vec<u64> = histogram.below().map(|(_, below)| below).collect();
+        assert_eq!(below, (0..20).map(|bound| 2 * bound + 1).collect::<Vec<_>>());
+        assert_eq!(histogram.sum(), Duration::from_micros(2 * BOUNDS_US.iter().sum::<u64>() - 20));
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Links: how the frames of a bus leave the process, and who beside our nodes hears them.
 
 mod gauge;
+mod kinds;
 mod load;
 mod socketcan;
+mod stopwatch;
 mod tap;
 mod wire_format;
 
@@ -14,6 +16,7 @@ use crate::core::LinkId;
 use crate::socketcand::Passed;
 
 pub(crate) use gauge::{Gauge, measure};
+pub(crate) use kinds::Kinds;
 pub(crate) use load::Load;
 pub(crate) use socketcan::{LONGEST_BLOCK, Patience, Received, SocketCan};
 pub use tap::Tap;
@@ -38,13 +41,18 @@ pub(crate) struct Link {
     pub(crate) load: Load,
     /// Who watches it.
     pub(crate) taps: Vec<Tap>,
+    /// Frames from outside by kind, then those of our nodes.
+    pub(crate) kinds: [Kinds; 2],
 }
 
 impl Link {
     /// Sends a frame, of a client if `sender` says so, to everybody outside but its sender.
     pub(crate) fn send(&mut self, at: Instant, sender: Option<u64>, frame: &Frame) {
-        let count = if sender.is_some() { &mut self.received } else { &mut self.sent };
+        let [received, sent] = &mut self.kinds;
+        let (count, kinds) =
+            if sender.is_some() { (&mut self.received, received) } else { (&mut self.sent, sent) };
         *count += 1;
+        kinds.count(frame);
         if let Some(interface) = &mut self.interface {
             interface.queue(frame);
         }
@@ -54,6 +62,8 @@ impl Link {
     /// Takes note of a frame from the interface.
     pub(crate) fn receive(&mut self, at: Instant, frame: &Frame) {
         self.received += 1;
+        let [received, _] = &mut self.kinds;
+        received.count(frame);
         self.show(at, None, frame, false);
     }
 

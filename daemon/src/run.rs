@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpListener};
 use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,12 +20,11 @@ use crate::alarm::Alarm;
 use crate::cli::Failure;
 use crate::clock::Clock;
 use crate::commands;
-use crate::control::{self, ControlSocket};
+use crate::control::{self, ControlSocket, Reader};
 use crate::core::{Core, LinkId, Plan};
 use crate::core_loop::{CoreLoop, Times};
 use crate::demo;
 use crate::link::{Gauge, Link, Load, SocketCan, measure};
-use crate::log;
 use crate::log::module::{SERVICE, STORAGE};
 use crate::modbus_tcp::{self, Sockets};
 use crate::realtime;
@@ -34,6 +33,7 @@ use crate::service_manager::ServiceManager;
 use crate::services;
 use crate::socketcand::{self, Bus, Inbound, Listening, ToCore};
 use crate::storage::{self, Claim, Storage};
+use crate::{log, metrics};
 
 /// `axisd run --config FILE`.
 pub(crate) fn file(file: &Path) -> Result<(), Failure> {
@@ -96,12 +96,16 @@ fn start(
     let links = links(gateway, &listening, clock);
     let mut core = core(gateway, clock.now())?;
     let (publisher, reader) = control::board(alarm.bell());
-    let publisher = control.is_some().then_some(publisher);
+    let has_metrics = gateway.service.metrics.is_some();
+    let metrics = gateway.service.metrics.map(listen_for_metrics).transpose()?;
+    let publisher = (control.is_some() || metrics.is_some()).then_some(publisher);
+    let metrics = metrics.map(|listener| (listener, reader.clone()));
     let (inbox, orders) = control::orders(alarm.bell());
     let inbox = control.is_some().then_some(inbox);
+    let has_clients = publisher.is_some();
     let control = control.map(|listener| (listener, control::ToCore { reader, orders, clock }));
-    let gauges = if control.is_some() { gauges(&links) } else { Vec::new() };
-    let clients = serve_clients(listening, control, gauges, &alarm, clock).map_err(other)?;
+    let gauges = if has_clients { gauges(&links) } else { Vec::new() };
+    let clients = serve_clients(listening, control, metrics, gauges, &alarm, clock).map_err(other)?;
     let devices: Vec<String> = gateway.devices.iter().map(|device| device.name.clone()).collect();
     let dialects = gateway.devices.iter().map(|device| (device.name.clone(), device.profile.dialect));
     let storage = match storage_directory(gateway) {
@@ -125,7 +129,7 @@ fn start(
         storing: Vec::new(),
         attentive_until: Instant::ZERO,
         turns_without_clock: 0,
-        times: Times::default(),
+        times: if has_metrics { Times::default().with_turns() } else { Times::default() },
     })
 }
 
@@ -217,16 +221,19 @@ fn links(gateway: &Gateway, listening: &[Listening], clock: Clock) -> Vec<Link> 
         let clients = served().find(|served| usize::from(served.link.0) == number);
         let interface = match &bus.link {
             config::Link::Virtual => None,
-            config::Link::SocketCan(name) => Some(SocketCan::new(name, clients.is_some(), clock.now())),
+            config::Link::SocketCan(name) => {
+                let interface = SocketCan::new(name, clients.is_some(), clock.now());
+                Some(if gateway.service.metrics.is_some() { interface.timed() } else { interface })
+            }
         };
         let (name, clients) = (bus.name.clone(), clients.map(|clients| clients.frames.clone()));
         let (id, load, taps) = (LinkId(number as u16), Load::default(), Vec::new());
-        Link { id, name, interface, clients, received: 0, sent: 0, load, taps }
+        Link { id, name, interface, clients, received: 0, sent: 0, load, taps, kinds: Default::default() }
     };
     gateway.buses.iter().enumerate().map(link).collect()
 }
 
-/// The interfaces whose load is measured while there is a control socket to tell it by.
+/// The interfaces whose load is measured while there is somebody to tell it to.
 fn gauges(links: &[Link]) -> Vec<(String, Arc<Gauge>)> {
     let interfaces = links.iter().filter_map(|link| link.interface.as_ref());
     interfaces.map(|interface| (interface.interface().to_owned(), Arc::clone(interface.gauge()))).collect()
@@ -246,24 +253,31 @@ fn control_socket(gateway: &Gateway) -> Result<Option<(ControlSocket, UnixListen
         .ok())
 }
 
-/// Serves the clients of the socketcand ports and of the control socket; what the former send comes out.
+/// Serves the clients of the socketcand ports, of the control socket and of the metrics; what the former send comes out.
 fn serve_clients(
     listening: Vec<Listening>,
     control: Option<(UnixListener, control::ToCore)>,
+    metrics: Option<(TcpListener, Reader)>,
     gauges: Vec<(String, Arc<Gauge>)>,
     alarm: &Alarm,
     clock: Clock,
 ) -> io::Result<Option<mpsc::Receiver<Inbound>>> {
     let (to_core, clients) = ToCore::new(alarm.bell());
     let clients = (!listening.is_empty()).then_some(clients);
-    if clients.is_some() || control.is_some() {
+    if clients.is_some() || control.is_some() || metrics.is_some() {
         services::serve(|| {
             gauges.into_iter().for_each(|(interface, gauge)| measure(interface, gauge));
             socketcand::serve(listening, &to_core, clock)?;
+            metrics.map_or(Ok(()), |(listener, reader)| metrics::serve(listener, reader))?;
             control.map_or(Ok(()), |(listener, to_core)| control::serve(listener, to_core))
         })?;
     }
     Ok(clients)
+}
+
+fn listen_for_metrics(address: SocketAddr) -> Result<TcpListener, Failure> {
+    metrics::listen(address)
+        .map_err(|error| Failure::Other(format!("cannot serve metrics on {address}: {error}")))
 }
 
 /// A flag that SIGTERM and SIGINT set; the second of them ends the process at once.

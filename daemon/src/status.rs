@@ -8,7 +8,11 @@ mod clients;
 mod collect;
 mod table;
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
+
+use crate::latency::Histogram;
 
 pub use clients::{Client, Command, Listener, Modbus, Times};
 pub use collect::devices;
@@ -36,6 +40,26 @@ pub struct Status {
     /// How late what was due was done.
     #[serde(default)]
     pub lateness: Times,
+    /// How long the core loop worked from one sleep to the next; measured while metrics are served.
+    #[serde(default)]
+    pub turns: Times,
+    /// How much waits in queues to and from the core, by their names.
+    #[serde(default)]
+    pub queues: BTreeMap<String, u64>,
+    /// All that the times are made from.
+    #[serde(skip)]
+    pub histograms: Histograms,
+}
+
+/// What times are made from, for metrics.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Histograms {
+    /// Of [`Status::lateness`].
+    pub lateness: Histogram,
+    /// Of [`Status::turns`], if it is measured.
+    pub turns: Option<Histogram>,
+    /// Of [`Bus::sdo_latency`], for each bus where it is measured.
+    pub sdo: Vec<(String, Histogram)>,
 }
 
 /// A bus.
@@ -63,6 +87,18 @@ pub struct Bus {
     /// Bit rate of the interface, in bit/s, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bit_rate: Option<u32>,
+    /// Frames that wait for room in the interface.
+    #[serde(default)]
+    pub waiting: u64,
+    /// Frames from others by what they are for.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub received_kinds: BTreeMap<String, u64>,
+    /// Frames of our nodes by what they are for.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub sent_kinds: BTreeMap<String, u64>,
+    /// How long clients of the default SDO servers waited, while metrics are served.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sdo_latency: Option<Times>,
 }
 
 /// A device.
@@ -139,6 +175,26 @@ pub struct Node {
     pub lost_connections: Events,
     /// What it refused or lost without an answer on the bus.
     pub counters: Counters,
+    /// How much it had to do.
+    #[serde(default)]
+    pub traffic: Traffic,
+}
+
+/// Frames of a node since power-on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Traffic {
+    /// NMT commands heard.
+    pub nmt: u64,
+    /// SYNCs heard.
+    pub syncs: u64,
+    /// Frames of SDO clients heard.
+    pub sdo_requests: u64,
+    /// Frames that its SDO servers sent.
+    pub sdo_answers: u64,
+    /// RPDOs heard.
+    pub rpdos: u64,
+    /// TPDOs sent.
+    pub tpdos: u64,
 }
 
 /// What an LSS master has stored in a node.

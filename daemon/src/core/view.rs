@@ -18,6 +18,17 @@ impl Core {
         self.counters
     }
 
+    /// How much waits in each of the core's queues, by their names.
+    pub fn queues(&self) -> impl Iterator<Item = (&'static str, usize)> {
+        [
+            ("wire", self.wire.len()),
+            ("outbox", self.outbox.len()),
+            ("notices", self.notices.len()),
+            ("store-orders", self.orders.len()),
+        ]
+        .into_iter()
+    }
+
     /// Frames on `link` that did not reach our nodes because too many were under way.
     #[must_use]
     pub fn dropped_on_wire(&self, link: LinkId) -> u64 {

@@ -14,6 +14,8 @@ pub(crate) struct Times {
     pub(super) answers: Histogram,
     /// How late what was due was done.
     pub(super) lateness: Histogram,
+    /// How long it works from one sleep to the next, if somebody wants to know.
+    pub(super) turns: Option<Histogram>,
     /// When the loop last looked for frames, or woke up.
     looked: Instant,
     /// When the first frame came that was taken and not answered yet.
@@ -21,6 +23,11 @@ pub(crate) struct Times {
 }
 
 impl Times {
+    /// The same with the time of each turn, which costs one more look at the clock.
+    pub(crate) fn with_turns(self) -> Self {
+        Self { turns: Some(Histogram::default()), ..self }
+    }
+
     /// The loop looks for frames, after a sleep or, `in_between`, amid other work.
     pub(super) fn wake(&mut self, now: Instant, in_between: bool) {
         if !in_between {

@@ -17,9 +17,11 @@ use nix::sys::socket::{MsgFlags, MultiHeaders, send, sendmmsg, setsockopt};
 use od::Instant;
 
 use super::gauge::Gauge;
+use super::stopwatch::Stopwatch;
 use super::wire_format::{
     self, EXTENDED, EXTENDED_MASK, Message, REMOTE, SIZE, STANDARD_MASK, STATE_CLASSES,
 };
+use crate::latency::Histogram;
 use crate::sys::{self, BATCH};
 
 /// How long [`Patience::Block`] waits for a frame at most.
@@ -81,6 +83,8 @@ pub(crate) struct SocketCan {
     /// What the controller told last.
     state: BusState,
     losses: Losses,
+    /// Times SDO clients, if somebody wants to know.
+    stopwatch: Option<Stopwatch>,
 }
 
 impl SocketCan {
@@ -97,7 +101,23 @@ impl SocketCan {
             gauge: Arc::default(),
             state: BusState::Active,
             losses: Losses::default(),
+            stopwatch: None,
         }
+    }
+
+    /// The same interface with an eye on how long SDO clients wait.
+    pub(crate) fn timed(self) -> Self {
+        Self { stopwatch: Some(Stopwatch::new()), ..self }
+    }
+
+    /// How long SDO clients waited, if somebody wants to know.
+    pub(crate) fn sdo_times(&self) -> Option<&Histogram> {
+        self.stopwatch.as_ref().map(Stopwatch::times)
+    }
+
+    /// Frames that wait to be sent.
+    pub(crate) fn waiting(&self) -> usize {
+        self.waiting.len()
     }
 
     /// Name of the interface.
@@ -144,6 +164,9 @@ impl SocketCan {
         make_room(&socket);
         socket.set_read_timeout(LONGEST_BLOCK)?;
         socket.set_error_filter(STATE_CLASSES)?;
+        if self.stopwatch.is_some() {
+            sys::stamp_arrivals(&socket)?;
+        }
         self.socket = Some(socket);
         self.state = BusState::Active;
         self.deadline = None;
@@ -190,18 +213,32 @@ impl SocketCan {
             Patience::Try => MsgFlags::MSG_DONTWAIT,
         };
         let (mut messages, mut lengths) = ([[0; SIZE]; BATCH], [0; BATCH]);
-        let (received, time) = match sys::receive(socket, &mut messages, &mut lengths, flags) {
+        let mut stamps = self.stopwatch.is_some().then_some([Duration::ZERO; BATCH]);
+        let outcome = sys::receive(socket, &mut messages, &mut lengths, flags, stamps.as_mut());
+        let (received, time) = match outcome {
             Ok(received) => received,
             Err(Errno::EAGAIN | Errno::EINTR) => return Ok(None),
             Err(error) => return Err(error.into()),
         };
+        let mut stamps = stamps.into_iter().flatten();
         for (message, length) in messages.iter().zip(lengths).take(received) {
+            let stamp = stamps.next();
             match wire_format::decode(message).filter(|_| length == SIZE) {
-                Some(message) => news.extend(self.sift(message)),
+                Some(message) => {
+                    self.time(&message, stamp);
+                    news.extend(self.sift(message));
+                }
                 None => self.losses.malformed += 1,
             }
         }
         Ok(Some(time))
+    }
+
+    /// Begins to time the answer to a message that came at `stamp`.
+    fn time(&mut self, message: &Message, stamp: Option<Duration>) {
+        if let (Some(stopwatch), Message::Frame(frame), Some(stamp)) = (&mut self.stopwatch, message, stamp) {
+            stopwatch.receive(frame, stamp);
+        }
     }
 
     /// What in a message is news.
@@ -223,6 +260,7 @@ impl SocketCan {
     pub(crate) fn queue(&mut self, frame: &Frame) {
         if self.socket.is_some() && self.waiting.len() < MAX_WAITING {
             self.waiting.push_back(wire_format::encode(frame));
+            self.stopwatch.iter_mut().for_each(|stopwatch| stopwatch.queue(frame));
         } else {
             self.losses.unsent += 1;
         }
@@ -241,6 +279,7 @@ impl SocketCan {
                 Err(error) => return Err(error.into()),
             }
         }
+        self.stopwatch.iter_mut().for_each(Stopwatch::flush);
         if self.socket.is_some() {
             self.deadline = None;
         }

@@ -4,10 +4,12 @@ use canopen::{Abort, Emergency, LssSetting, Recent, UNCONFIGURED};
 use od::{Address, Instant};
 use profiles::{AxisStatus, Dialect, error_text};
 
-use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Lss, Node, Status, clients};
+use super::{
+    Axis, Bus, Counters, Device, Event, Events, Fault, Histograms, Lss, Node, Status, Traffic, clients,
+};
 use crate::core::{Core, LinkId};
 use crate::latency::Histogram;
-use crate::link::Link;
+use crate::link::{Kinds, Link, SocketCan};
 use crate::reporter::Reporter;
 
 /// What is around the core.
@@ -20,13 +22,27 @@ pub(crate) struct Around<'a> {
     pub(crate) answers: &'a Histogram,
     /// How late what was due was done.
     pub(crate) lateness: &'a Histogram,
+    /// How long the loop worked from one sleep to the next, if somebody wants to know.
+    pub(crate) turns: Option<&'a Histogram>,
+    /// Frames of socketcand clients that wait for the core.
+    pub(crate) waiting_clients: usize,
 }
 
 /// Everything, at `now`.
 pub(crate) fn status(now: Instant, core: &Core, around: &Around<'_>) -> Status {
-    let Around { links, reporter, listeners, answers, lateness } = *around;
-    let buses =
-        links.iter().enumerate().map(|(number, link)| bus(now, number, link, core, reporter)).collect();
+    let Around { links, reporter, listeners, answers, lateness, turns, waiting_clients } = *around;
+    let counted = |(number, link)| counted(bus(now, number, link, core, reporter), link);
+    let buses = links.iter().enumerate().map(counted).collect();
+    let queues = core.queues().chain([("socketcand", waiting_clients)]);
+    let sdo = |link: &Link| {
+        let times = link.interface.as_ref().and_then(SocketCan::sdo_times)?;
+        Some((link.name.clone(), times.clone()))
+    };
+    let histograms = Histograms {
+        lateness: lateness.clone(),
+        turns: turns.cloned(),
+        sdo: links.iter().filter_map(sdo).collect(),
+    };
     Status {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         uptime_s: now.saturating_since(Instant::ZERO).as_secs(),
@@ -35,6 +51,22 @@ pub(crate) fn status(now: Instant, core: &Core, around: &Around<'_>) -> Status {
         modbus: clients::collect(now, core, listeners),
         answers: answers.into(),
         lateness: lateness.into(),
+        turns: turns.map(Into::into).unwrap_or_default(),
+        queues: queues.map(|(name, length)| (name.to_owned(), length as u64)).collect(),
+        histograms,
+    }
+}
+
+/// The same bus with what its link has counted and timed.
+fn counted(bus: Bus, link: &Link) -> Bus {
+    let [received, sent] = link.kinds;
+    let kinds = |kinds: Kinds| kinds.iter().map(|(kind, count)| (kind.to_owned(), count)).collect();
+    Bus {
+        waiting: link.interface.as_ref().map_or(0, |interface| interface.waiting() as u64),
+        received_kinds: kinds(received),
+        sent_kinds: kinds(sent),
+        sdo_latency: link.interface.as_ref().and_then(SocketCan::sdo_times).map(Into::into),
+        ..bus
     }
 }
 
@@ -56,6 +88,7 @@ fn bus(now: Instant, number: usize, link: &Link, core: &Core, reporter: &Reporte
             errors: 0,
             bits_per_s,
             bit_rate: None,
+            ..Bus::default()
         };
     };
     let (bits_per_s, bit_rate) = interface.gauge().read();
@@ -75,6 +108,7 @@ fn bus(now: Instant, number: usize, link: &Link, core: &Core, reporter: &Reporte
         errors: losses.errors,
         bits_per_s,
         bit_rate,
+        ..Bus::default()
     }
 }
 
@@ -157,6 +191,7 @@ fn node(now: Instant, bus: &str, node: &canopen::Node, dialect: Dialect) -> Node
             ..Event::default()
         }),
         counters: counters(node.counters()),
+        traffic: traffic(node.traffic()),
     }
 }
 
@@ -184,6 +219,11 @@ fn events<T: Copy>(now: Instant, recent: &Recent<T>, tell: impl Fn(T) -> Event) 
         Event { age_ms: u64::try_from(age).unwrap_or(u64::MAX), ..tell(what) }
     };
     Events { count: recent.count(), last: recent.iter().map(aged).collect() }
+}
+
+fn traffic(traffic: canopen::Traffic) -> Traffic {
+    let canopen::Traffic { nmt, syncs, sdo_requests, sdo_answers, rpdos, tpdos } = traffic;
+    Traffic { nmt, syncs, sdo_requests, sdo_answers, rpdos, tpdos }
 }
 
 fn counters(counters: canopen::Counters) -> Counters {

@@ -13,6 +13,7 @@
 //!   the kernel does not hand a socket its own frames.
 
 mod access;
+mod audit;
 mod deadlines;
 mod modbus;
 mod ownership;
@@ -34,6 +35,7 @@ use od::{Instant, Owner};
 use profiles::{Device, DeviceEvent, Fault, PlantSetup, Profile, StoreOrder, Timing};
 use thiserror::Error;
 
+use audit::Audit;
 use deadlines::Deadlines;
 use modbus::Modbus;
 use storage::Storing;
@@ -41,6 +43,7 @@ use time::Telling;
 use trail::Trail;
 
 pub use access::{LOCAL, WriteRefused};
+pub use audit::{AuditEntry, What};
 pub use modbus::{
     ClientId, ClientStatus, ListenerCounters, ListenerPlan, ModbusPlan, Refused, WhenFull, identification,
     map,
@@ -168,6 +171,7 @@ pub struct Core {
     orders: VecDeque<usize>,
     telling: Telling,
     modbus: Modbus,
+    audit: Audit,
     /// For each link, frames that were too many.
     dropped_on_wire: Vec<u64>,
     counters: Counters,
@@ -193,6 +197,7 @@ impl Core {
             orders: VecDeque::new(),
             telling: Telling::default(),
             modbus: Modbus::default(),
+            audit: Audit::default(),
             dropped_on_wire: vec![0; usize::from(links)],
             counters: Counters::default(),
         };
@@ -281,6 +286,7 @@ impl Core {
     pub fn handle_timeout(&mut self, now: Instant) {
         self.telling.handle_timeout(now);
         self.supervise_modbus(now);
+        self.audit.handle_timeout(now);
         while let Some(unit) = self.deadlines.due(now) {
             self.run_due(now, unit);
         }
@@ -290,7 +296,7 @@ impl Core {
     /// When [`Core::handle_timeout`] is to be called next.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let others = [self.resume, self.telling.deadline, self.modbus.deadline];
+        let others = [self.resume, self.telling.deadline, self.modbus.deadline, self.audit.deadline];
         others.into_iter().chain([self.deadlines.first()]).flatten().min()
     }
 

@@ -17,6 +17,7 @@ use sd_notify::NotifyState;
 use tokio::sync::mpsc;
 
 use crate::alarm::Alarm;
+use crate::audit::Trail;
 use crate::clock::Clock;
 use crate::control::{Inbox, ObjectTask, Publisher};
 use crate::core::{Core, LinkId};
@@ -61,6 +62,8 @@ pub(crate) struct CoreLoop {
     /// Who watches this loop, and nothing else of the process.
     pub(crate) manager: ServiceManager,
     pub(crate) storage: Storage,
+    /// Where it is kept who commanded what, if anywhere.
+    pub(crate) audit: Option<Trail>,
     /// Where the status goes, if there is a control socket.
     pub(crate) publisher: Option<Publisher>,
     /// Where orders come from, if there is a control socket.
@@ -127,6 +130,7 @@ impl CoreLoop {
                 end = Some(self.stop_axes(now, end));
             }
             self.reporter.report(now, &mut self.core, &self.links);
+            self.keep_audit();
             self.publish(now);
             self.manager.feed_watchdog(now);
             self.time_turn(now);
@@ -325,6 +329,15 @@ impl CoreLoop {
             self.conclude_storing(device, outcome);
             self.transmit(now);
         }
+    }
+
+    /// Hands on what is to be kept of who commanded what.
+    fn keep_audit(&mut self) {
+        let Self { core, audit: Some(audit), .. } = self else { return };
+        while let Some(entry) = core.poll_audit() {
+            audit.submit(entry);
+        }
+        audit.lost_before(core.lost_audit());
     }
 
     /// Gives the status to whoever wants it.

@@ -8,7 +8,7 @@
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
 
 pub mod alarm;
-mod audit;
+pub mod audit;
 pub mod axisctl;
 pub mod cli;
 pub mod clock;

@@ -219,6 +219,5 @@ mod tests {
         let log = Log { level: Level::Warn, ..Log::default() };
         assert_eq!(targets(&log, Some("device=debug")).default_level(), None);
         assert_eq!(targets(&log, Some("")).default_level(), Some(LevelFilter::WARN));
-        assert_eq!(targets(&log, Some("=,=")).default_level(), Some(LevelFilter::WARN));
     }
 }

@@ -17,6 +17,7 @@ use tokio::sync::mpsc;
 use tracing::{info, warn};
 
 use crate::alarm::Alarm;
+use crate::audit::{self, Files, Names, Trail};
 use crate::cli::Failure;
 use crate::clock::Clock;
 use crate::commands;
@@ -112,6 +113,7 @@ fn start(
         None => Storage::default(),
         Some(directory) => store_in(&directory, &mut core, clock.now(), &devices, &alarm)?,
     };
+    let audit = keep_audit(gateway, &mut core, clock)?;
     let reporter = Reporter::new(dialects.collect(), links.len());
     Ok(CoreLoop {
         core,
@@ -128,6 +130,7 @@ fn start(
         inbox,
         storing: Vec::new(),
         attentive_until: Instant::ZERO,
+        audit,
         turns_without_clock: 0,
         times: if has_metrics { Times::default().with_turns() } else { Times::default() },
     })
@@ -144,6 +147,24 @@ pub(crate) fn core(gateway: &Gateway, now: Instant) -> Result<Core, Failure> {
         core.set_timing(number, device.timing);
     }
     Ok(core)
+}
+
+/// Where it is kept who commanded what, if anywhere.
+fn keep_audit(gateway: &Gateway, core: &mut Core, clock: Clock) -> Result<Option<Trail>, Failure> {
+    let Some(directory) = audit::directory(gateway, storage_directory(gateway).as_deref()) else {
+        return Ok(None);
+    };
+    let config::Audit { file_kib, files, .. } = gateway.service.audit;
+    let names = Names {
+        devices: gateway.devices.iter().map(|own| (own.name.clone(), Arc::clone(&own.profile))).collect(),
+        buses: gateway.buses.iter().map(|bus| bus.name.clone()).collect(),
+    };
+    let files = Files::open(&directory, u64::from(file_kib) * 1024, files.into());
+    let trail = files.and_then(|files| Trail::start(files, names, clock)).map_err(|error| {
+        Failure::Other(format!("cannot keep the audit trail in {}: {error}", directory.display()))
+    })?;
+    core.keep_audit();
+    Ok(Some(trail))
 }
 
 /// Where devices store their parameters: where the configuration says, else in the directory that the service manager has

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::{
-    AbortCode, Address, Commanded, Data, DataType, Entry, Origin, Owner, Saved, Schema, Value, value,
+    AbortCode, Address, Commanded, Data, DataType, Entry, Origin, Owner, Saved, Schema, Value, Write, value,
 };
 
 /// Where an entry of a particular dictionary is kept: the fast way to it.
@@ -157,16 +157,17 @@ impl Dictionary {
         }
     }
 
-    /// Stores what the gate let through and remembers that it was written, and who wrote another command than before.
-    pub(crate) fn commit(&mut self, origin: Origin, slot: Slot, data: Data<'_>) {
+    /// Stores what the gate let through and remembers that it was written, and who commanded what by it.
+    pub(crate) fn commit(&mut self, origin: Origin, write: &Write<'_>, is_cyclic: bool) {
+        let slot = write.slot;
         let before = self.raw(slot);
-        self.put(slot, data);
-        let raw = self.raw(slot);
-        if raw != before && self.schema.entry(slot).is_some_and(|entry| entry.command.is_some()) {
+        self.put(slot, write.data);
+        if self.schema.entry(slot).is_some_and(|entry| entry.command.is_some()) {
             if self.commanded.len() == MAX_COMMANDED {
                 self.commanded.pop_front();
             }
-            self.commanded.push_back(Commanded { origin, slot, raw });
+            let raw = self.raw(slot);
+            self.commanded.push_back(Commanded { origin, slot, raw, has_changed: raw != before, is_cyclic });
         }
         if let Some(flag) = self.is_written.get_mut(slot.position())
             && !core::mem::replace(flag, true)
@@ -211,7 +212,7 @@ impl Dictionary {
         self.revision
     }
 
-    /// The next command that differed from the one before, in the order of writing.
+    /// The next command, in the order of writing.
     pub fn take_commanded(&mut self) -> Option<Commanded> {
         self.commanded.pop_front()
     }

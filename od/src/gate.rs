@@ -42,6 +42,10 @@ pub struct Commanded {
     pub slot: Slot,
     /// What it holds now.
     pub raw: u64,
+    /// Whether it held something else before.
+    pub has_changed: bool,
+    /// Whether it came with cyclic data.
+    pub is_cyclic: bool,
 }
 
 /// The kinds of bus an access may come from.
@@ -97,11 +101,23 @@ impl Dictionary {
     /// # Errors
     /// The first item that was refused, and why.
     pub fn write(&mut self, origin: Origin, batch: &[Write<'_>]) -> Result<(), Refusal> {
+        self.pass(origin, batch, false)
+    }
+
+    /// As [`Dictionary::write`], for data that come again and again: a PDO.
+    ///
+    /// # Errors
+    /// The first item that was refused, and why.
+    pub fn write_cyclic(&mut self, origin: Origin, batch: &[Write<'_>]) -> Result<(), Refusal> {
+        self.pass(origin, batch, true)
+    }
+
+    fn pass(&mut self, origin: Origin, batch: &[Write<'_>], is_cyclic: bool) -> Result<(), Refusal> {
         for (item, write) in batch.iter().enumerate() {
             self.check(origin, write).map_err(|code| Refusal { item, code })?;
         }
         for write in batch {
-            self.commit(origin, write.slot, write.data);
+            self.commit(origin, write, is_cyclic);
         }
         Ok(())
     }

@@ -130,20 +130,27 @@ fn only_the_owner_commands_an_axis() {
 }
 
 #[test]
-fn who_commands_something_else_is_remembered() {
+fn who_commands_what_and_whether_it_is_something_else_is_remembered() {
     let mut dictionary = dictionary();
     let command = slot(&dictionary, 0x2005);
-    for value in [0, 1, 1, 2] {
+    for value in [1, 1] {
         write(&mut dictionary, 0x2005, &[value, 0]).unwrap();
         write(&mut dictionary, 0x2000, &[value, 0, 0, 0]).unwrap();
     }
-    let told = |raw| Some(Commanded { origin: CAN, slot: command, raw });
-    assert_eq!([dictionary.take_commanded(), dictionary.take_commanded()], [told(1), told(2)]);
-    assert_eq!(dictionary.take_commanded(), None);
+    let batch = [Write { slot: command, data: Data::Raw(2) }];
+    dictionary.write_cyclic(CAN, &batch).unwrap();
+    let told = |raw, has_changed, is_cyclic| {
+        Some(Commanded { origin: CAN, slot: command, raw, has_changed, is_cyclic })
+    };
+    let mut next = || dictionary.take_commanded();
+    assert_eq!(next(), told(1, true, false));
+    assert_eq!(next(), told(1, false, false));
+    assert_eq!(next(), told(2, true, true));
+    assert_eq!(next(), None);
     for value in 0..=255 {
         write(&mut dictionary, 0x2005, &[value, 0]).unwrap();
     }
-    assert_eq!(dictionary.take_commanded(), told(192), "the last 64");
+    assert_eq!(dictionary.take_commanded().unwrap().raw, 192, "the last 64");
 }
 
 #[test]

@@ -147,6 +147,6 @@ impl Rpdo {
     ) -> bool {
         batch.clear();
         batch.extend(self.mapping.unpack(payload).map(|(slot, raw)| Write { slot, data: Data::Raw(raw) }));
-        application.write(origin, batch).is_ok()
+        application.write_cyclic(origin, batch).is_ok()
     }
 }

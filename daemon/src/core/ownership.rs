@@ -3,6 +3,7 @@
 use od::{Instant, Origin, Owner};
 use thiserror::Error;
 
+use super::audit::{AuditEntry, What};
 use super::trail::{Command, Who};
 use super::{Core, LinkId, Unit};
 
@@ -68,7 +69,7 @@ impl Core {
 
     /// Takes note of the commands that were just written to a device.
     pub(super) fn note_commands(&mut self, now: Instant, unit: usize) {
-        let Self { units, modbus, .. } = self;
+        let Self { units, modbus, audit, .. } = self;
         let Some(Unit { device, trail, .. }) = units.get_mut(unit) else { return };
         while let Some(commanded) = device.dictionary_mut().take_commanded() {
             let Origin { bus, link, client } = commanded.origin;
@@ -77,9 +78,22 @@ impl Core {
                 od::Bus::Modbus => modbus.peer(client).map_or(Who::ModbusGone, Who::Modbus),
                 od::Bus::Local => Who::Local,
             };
-            if let Some(address) = device.dictionary().schema().address(commanded.slot) {
+            let dictionary = device.dictionary();
+            let Some(address) = dictionary.schema().address(commanded.slot) else { continue };
+            if commanded.has_changed {
                 trail.note(now, who, address, commanded.raw);
             }
+            let data_type = dictionary.schema().entry(commanded.slot).map(|entry| entry.data_type);
+            let entry = AuditEntry {
+                at: now,
+                device: unit,
+                who,
+                node_id: (bus == od::Bus::CanOpen).then_some(client as u8),
+                address,
+                value: data_type.map_or(0, |data_type| data_type.integer(commanded.raw)),
+                what: What::Write,
+            };
+            audit.note(&commanded, entry);
         }
     }
 }

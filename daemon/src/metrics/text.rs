@@ -156,6 +156,7 @@ fn nodes(devices: &[Device], page: &mut Page) {
             ("rpdo-refused", counters.refused_rpdos),
             ("frame-dropped", counters.dropped_frames),
             ("emcy-dropped", counters.dropped_emergencies),
+            ("overflow", counters.overflows),
         ] {
             let labels = [("device", *device), ("bus", &node.bus), ("node_id", node_id), ("kind", kind)];
             errors.sample(&labels, count);

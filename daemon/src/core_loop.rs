@@ -342,7 +342,7 @@ impl CoreLoop {
 
     /// Gives the status to whoever wants it.
     fn publish(&mut self, now: Instant) {
-        let Self { publisher, core, links, reporter, modbus, times, clients, .. } = self;
+        let Self { publisher, core, links, reporter, modbus, times, clients, audit, .. } = self;
         if let Some(publisher) = publisher.as_mut().filter(|publisher| publisher.is_wanted(now)) {
             let around = status::Around {
                 links,
@@ -352,6 +352,7 @@ impl CoreLoop {
                 lateness: &times.lateness,
                 turns: times.turns.as_ref(),
                 waiting_clients: clients.as_ref().map_or(0, mpsc::Receiver::len),
+                lost_audit: audit.as_ref().map(Trail::lost),
             };
             publisher.publish(now, status::status(now, core, &around));
         }

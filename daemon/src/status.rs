@@ -46,6 +46,9 @@ pub struct Status {
     /// How much waits in queues to and from the core, by their names.
     #[serde(default)]
     pub queues: BTreeMap<String, u64>,
+    /// Entries of the audit trail that were lost, if there is a trail.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lost_audit: Option<u64>,
     /// All that the times are made from.
     #[serde(skip)]
     pub histograms: Histograms,

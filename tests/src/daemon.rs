@@ -91,6 +91,18 @@ impl Daemon {
         self.process.signal(Signal::SIGCONT);
     }
 
+    /// All that it has said so far.
+    #[must_use]
+    pub fn printed(&self) -> String {
+        self.process.printed()
+    }
+
+    /// Its process id.
+    #[must_use]
+    pub fn id(&self) -> i32 {
+        self.process.pid().as_raw()
+    }
+
     /// Asks it to stop, and returns at once.
     pub fn terminate(&mut self) {
         self.process.signal(Signal::SIGTERM);

@@ -92,6 +92,11 @@ impl Process {
         self.said(|stream| stream == Stream::Out)
     }
 
+    /// Everything on either output so far.
+    pub(crate) fn printed(&self) -> String {
+        self.said(|_| true)
+    }
+
     /// Fails the test with all that was said so far.
     pub(crate) fn give_up(&mut self, why: &str) -> ! {
         while self.try_line(Instant::now()).is_some() {}

@@ -14,6 +14,10 @@ pub fn text(status: &Status) -> String {
         .sample(&[("version", &status.version)], 1);
     page.gauge("axisd_uptime_seconds", "Time since the daemon was started.").sample(&[], status.uptime_s);
     core_loop(status, &mut page);
+    if let Some(lost) = status.lost_audit {
+        page.counter("axisd_audit_lost_total", "Entries of the audit trail that were lost.")
+            .sample(&[], lost);
+    }
     buses(status, &mut page);
     devices(&status.devices, &mut page);
     nodes(&status.devices, &mut page);

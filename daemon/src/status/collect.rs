@@ -26,11 +26,14 @@ pub(crate) struct Around<'a> {
     pub(crate) turns: Option<&'a Histogram>,
     /// Frames of socketcand clients that wait for the core.
     pub(crate) waiting_clients: usize,
+    /// Entries of the audit trail that were lost, if there is a trail.
+    pub(crate) lost_audit: Option<u64>,
 }
 
 /// Everything, at `now`.
 pub(crate) fn status(now: Instant, core: &Core, around: &Around<'_>) -> Status {
-    let Around { links, reporter, listeners, answers, lateness, turns, waiting_clients } = *around;
+    let Around { links, reporter, listeners, answers, lateness, turns, waiting_clients, lost_audit } =
+        *around;
     let counted = |(number, link)| counted(bus(now, number, link, core, reporter), link);
     let buses = links.iter().enumerate().map(counted).collect();
     let queues = core.queues().chain([("socketcand", waiting_clients)]);
@@ -53,6 +56,7 @@ pub(crate) fn status(now: Instant, core: &Core, around: &Around<'_>) -> Status {
         lateness: lateness.into(),
         turns: turns.map(Into::into).unwrap_or_default(),
         queues: queues.map(|(name, length)| (name.to_owned(), length as u64)).collect(),
+        lost_audit,
         histograms,
     }
 }

@@ -5,6 +5,7 @@ mod cyclic;
 mod garbage;
 mod guides;
 mod jvl;
+mod metrics;
 mod watchdog;
 mod watching;
 

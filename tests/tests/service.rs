@@ -1,0 +1,194 @@
+//! What concerns the daemon as a service, each seen from outside: configuration, log, metrics, real-time scheduling and the
+//! audit trail.
+
+use std::fs;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use tests::{Bus, Client, Daemon, PATIENCE, TempDir, axisd, config, free_port, run_python};
+
+/// What `axisd check` with these arguments prints, for a file of this text.
+fn check(text: &str, arguments: &[&str]) -> String {
+    let dir = TempDir::new();
+    let file = dir.write("axisd.toml", text);
+    let output = axisd(&[&["check"], arguments, &[file.to_str().expect("UTF-8")]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+/// The metrics page at this port.
+fn metrics(port: u16) -> String {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).expect("metrics are served");
+    stream.set_read_timeout(Some(PATIENCE)).expect("set a time-out");
+    stream.write_all(b"GET /metrics HTTP/1.0\r\n\r\n").expect("send a request");
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).expect("an answer");
+    let (head, body) = answer.split_once("\r\n\r\n").expect("a head and a body");
+    assert!(head.starts_with("HTTP/1.0 200 OK"), "{head}");
+    body.to_owned()
+}
+
+/// Waits until `is_so`.
+fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let end = Instant::now() + PATIENCE;
+    while !is_so() {
+        assert!(Instant::now() < end, "{what}");
+        thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[test]
+fn a_configuration_is_explained_with_all_that_it_leaves_to_defaults() {
+    let text = include_str!("../../config/examples/service.toml");
+    let explained = check(text, &["--explain"]);
+    for line in [
+        "  - name: can0, link: socketcan:can0, socketcand: -",
+        "    profile: cia402-servo",
+        "      max_speed_rpm: 3000",
+        "      - bus: can0, node_id: 1",
+        "    unit_id: 1",
+        "      - object: 0x607D:01, name: Min position limit, value: -100000",
+        "      - object: 0x1400:01, name: COB-ID used by RPDO, value: $NODEID+0x200",
+        "storage: /var/lib/axisd",
+        "metrics: http://127.0.0.1:9464/metrics",
+        "  priority: 50",
+    ] {
+        assert!(explained.lines().any(|known| known == line), "{line}\n{explained}");
+    }
+    let json = check(text, &["--explain", "--json"]);
+    let told = run_python(&format!(
+        "import json\ne = json.loads(r'''{json}''')\nd = e['devices'][0]\n\
+         print(d['motor']['raster_ns'], d['nodes'], len(d['limits']), e['audit']['files'])"
+    ));
+    assert_eq!(told.trim(), "1000000 [{'bus': 'can0', 'node_id': 1}] 9 8");
+}
+
+#[test]
+fn a_mapping_that_the_node_refuses_is_found_by_check() {
+    let text =
+        config(Bus::Virtual, &[("x", "cia402-servo", 1)]) + "[device.objects]\n\"0x1600:01\" = 0x60410010\n";
+    let dir = TempDir::new();
+    let file = dir.write("axisd.toml", &text);
+    let output = axisd(&["check", file.to_str().expect("UTF-8")]);
+    assert_eq!(output.status.code(), Some(78));
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(told.contains("device `x`: the default mapping of RPDO 1 is refused"), "{told}");
+}
+
+#[test]
+fn metrics_are_what_a_stranger_can_parse_and_counts_are_right() {
+    let (port, page) = (free_port(), free_port());
+    let config = config(Bus::Socketcand(port), &[("x", "cia402-servo", 1), ("y", "jvl-mac00-fc4", 2)]);
+    let _daemon = Daemon::start(&format!("[metrics]\nlisten = \"127.0.0.1:{page}\"\n{config}"));
+    let mut client = Client::raw(port);
+    for _ in 0..5 {
+        let answer = client.try_ask("601 8 40 0 10 0 0 0 0 0").expect("the daemon is there");
+        assert!(answer.starts_with("581 43"), "{answer}");
+    }
+    let page = metrics(page);
+    let dir = TempDir::new();
+    let file = dir.write("page", &page);
+    let told = run_python(&format!(
+        "from prometheus_client.parser import text_string_to_metric_families as parse\n\
+         families = {{f.name: f for f in parse(open({file:?}).read())}}\n\
+         def value(name, **labels):\n    \
+             return [s.value for s in families[name].samples if labels.items() <= s.labels.items()][0]\n\
+         assert all(f.type != 'unknown' and f.documentation for f in families.values())\n\
+         print(value('axisd_node_frames', device='x', kind='sdo-request'),\n      \
+               value('axisd_node_frames', device='x', kind='sdo-answer'),\n      \
+               value('axisd_bus_frames', direction='received', kind='sdo'),\n      \
+               value('axisd_axis_state', device='y', state='SWITCH ON DISABLED'),\n      \
+               families['axisd_core_turn_seconds'].type)"
+    ));
+    assert_eq!(told.trim(), "5 5 5 1 histogram", "{page}");
+}
+
+#[test]
+fn who_commanded_what_is_on_disk_when_the_daemon_is_gone() {
+    let (port, storage) = (free_port(), TempDir::new());
+    let config = config(Bus::Socketcand(port), &[("x", "cia402-servo", 1)]);
+    let mut daemon = Daemon::start(&format!("[storage]\npath = \"{}\"\n{config}", storage.path().display()));
+    let mut client = Client::raw(port);
+    assert!(client.try_ask("601 8 2B 40 60 0 6 0 0 0").expect("an answer").starts_with("581 60"));
+    client.send("< send 0 2 1 0 >");
+    // Controlword and target position by RPDO 3.
+    client.send("< send 401 6 7 0 5 0 0 0 >");
+    assert!(client.try_ask("601 8 2B 40 60 0 6 0 0 0").is_ok());
+    let file = storage.path().join("audit/audit-00000001.jsonl");
+    wait_until("four lines", || fs::read_to_string(&file).is_ok_and(|text| text.lines().count() >= 4));
+    daemon.terminate();
+    daemon.wait_until_stopped();
+    let told = run_python(&format!(
+        "import json\n\
+         for line in open({:?}):\n    \
+             e = json.loads(line)\n    \
+             print(e['event'], e['device'], e['axis'], e['by']['bus'], e['by']['node_id'], e['name'], e['value'])",
+        file.display().to_string()
+    ));
+    let lines: Vec<&str> = told.lines().take(4).collect();
+    assert_eq!(
+        lines,
+        [
+            "write x 1 can0 1 Controlword 6",
+            "change x 1 can0 1 Controlword 7",
+            "stream-start x 1 can0 1 Target position 5",
+            "write x 1 can0 1 Controlword 6",
+        ]
+    );
+}
+
+#[test]
+fn the_log_speaks_json_with_fields() {
+    let port = free_port();
+    let config = config(Bus::Socketcand(port), &[("x", "cia402-servo", 1)]);
+    let mut daemon = Daemon::start(&format!("[log]\nformat = \"json\"\n{config}"));
+    daemon.logged(r#""message":"x: PRE-OPERATIONAL","device":"x","target":"device"}"#);
+}
+
+#[test]
+fn modules_of_the_log_can_be_silent() {
+    let port = free_port();
+    let config = config(Bus::Socketcand(port), &[("x", "cia402-servo", 1)]);
+    let mut daemon = Daemon::start(&format!("[log.modules]\ndevice = \"off\"\n{config}"));
+    let mut client = Client::raw(port);
+    client.send("< send 0 2 1 0 >");
+    assert!(client.try_ask("601 8 40 0 10 0 0 0 0 0").is_ok());
+    daemon.terminate();
+    daemon.logged("stopped");
+    assert!(!daemon.printed().contains("OPERATIONAL"), "{}", daemon.printed());
+    daemon.wait_until_stopped();
+}
+
+#[test]
+fn the_core_thread_runs_where_it_is_told_to_and_the_others_everywhere() {
+    let own = fs::read_to_string("/proc/self/status").expect("this runs");
+    let own =
+        own.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).expect("it says so").trim();
+    let cpu = own.split([',', '-']).next().expect("there is a processor");
+    let config = config(Bus::Virtual, &[("x", "cia402-servo", 1)]);
+    let mut daemon = Daemon::start(&format!(
+        "[realtime]\ncpus = [{cpu}]\npriority = 5\nlock_memory = true\n[metrics]\nlisten = \"127.0.0.1:0\"\n{config}"
+    ));
+    daemon.logged("real time: ");
+    let status = |thread: &str| {
+        let text =
+            fs::read_to_string(format!("/proc/{}/task/{thread}/status", daemon.id())).expect("it runs");
+        let line = text.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).expect("it says so");
+        line.trim().to_owned()
+    };
+    let core = daemon.id().to_string();
+    assert_eq!(status(&core), "0");
+    let own = fs::read_to_string("/proc/self/status").expect("this runs");
+    let own =
+        own.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).expect("it says so").trim();
+    let threads = fs::read_dir(format!("/proc/{core}/task")).expect("it has threads");
+    let names: Vec<String> = threads
+        .map(|thread| thread.expect("it is there").file_name().into_string().expect("a number"))
+        .collect();
+    assert!(names.len() > 1);
+    for other in names.iter().filter(|name| **name != core) {
+        assert_eq!(status(other), own);
+    }
+}

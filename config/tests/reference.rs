@@ -11,15 +11,22 @@ use config::load;
 const NONE: &str = "zzzzzzzz";
 
 /// The reference, and where its tables are in a file that has each once.
-const PLACES: [(&str, &str); 10] = [
+const PLACES: [(&str, &str); 17] = [
     ("[[bus]]", "[[bus]]\n"),
     ("[[device]]", "[[device]]\n"),
     ("[[device.on]]", "[[device]]\n[[device.on]]\n"),
     ("[device.identity]", "[[device]]\n[device.identity]\n"),
+    ("[device.limits]", "[[device]]\nprofile = \"cia402-servo\"\n[device.limits]\n"),
+    ("[device.motor_data]", "[[device]]\n[device.motor_data]\n"),
     ("[device.plant]", "[[device]]\n[device.plant]\n"),
     ("A fault", "[[device]]\n[[device.plant.faults]]\n"),
     ("[storage]", "[storage]\n"),
     ("[control]", "[control]\n"),
+    ("[log]", "[log]\n"),
+    ("[log.modules]", "[log.modules]\n"),
+    ("[realtime]", "[realtime]\n"),
+    ("[metrics]", "[metrics]\n"),
+    ("[audit]", "[audit]\n"),
     ("[modbus]", "[modbus]\n"),
     ("[device.modbus]", "[[device]]\n[device.modbus]\n"),
 ];
@@ -108,4 +115,21 @@ fn every_shipped_profile_is_in_the_reference() {
         let profile = name.strip_suffix(".toml");
         assert!(profile.is_none_or(|profile| text.contains(&format!("`{profile}`"))), "{name}");
     }
+}
+
+#[test]
+fn every_key_of_the_example_of_a_service_is_in_the_reference() {
+    let example = root("config/examples/service.toml");
+    let mut place = String::new();
+    let mut found = 0;
+    for line in example.lines() {
+        if line.starts_with('[') {
+            place = line.split_whitespace().next().unwrap_or_default().to_owned();
+        } else if let Some((key, _)) = line.split_once(" = ").filter(|(key, _)| !key.starts_with(['#', '"']))
+        {
+            assert!(listed(&place).contains(key), "{place} {key}");
+            found += 1;
+        }
+    }
+    assert!(found > 30, "only {found} keys");
 }

@@ -140,6 +140,31 @@ fn who_commanded_what_is_on_disk_when_the_daemon_is_gone() {
 }
 
 #[test]
+fn what_is_stored_comes_before_a_default_of_the_configuration() {
+    let (port, storage) = (free_port(), TempDir::new());
+    let config = config(Bus::Socketcand(port), &[("x", "cia402-servo", 1)]);
+    let config = format!(
+        "[storage]\npath = \"{}\"\n{config}[device.objects]\n\"0x6081\" = 0x123\n",
+        storage.path().display()
+    );
+    let read = |client: &mut Client| client.try_ask("601 8 40 81 60 0 0 0 0 0").expect("an answer");
+    let daemon = Daemon::start(&config);
+    let mut client = Client::raw(port);
+    assert_eq!(read(&mut client), "581 4381600023010000");
+    assert!(client.try_ask("601 8 23 81 60 0 7 0 0 0").expect("an answer").starts_with("581 60"));
+    assert!(client.try_ask("601 8 23 10 10 1 73 61 76 65").expect("an answer").starts_with("581 60"));
+    drop(daemon);
+    let _daemon = Daemon::start(&config);
+    let mut client = Client::raw(port);
+    assert_eq!(read(&mut client), "581 4381600007000000");
+    // 0x1011: what the configuration says comes back with the next reset.
+    assert!(client.try_ask("601 8 23 11 10 1 6C 6F 61 64").expect("an answer").starts_with("581 60"));
+    client.send("< send 0 2 81 1 >");
+    while !client.frame().starts_with("701 00") {}
+    assert_eq!(read(&mut client), "581 4381600023010000");
+}
+
+#[test]
 fn the_log_speaks_json_with_fields() {
     let port = free_port();
     let config = config(Bus::Socketcand(port), &[("x", "cia402-servo", 1)]);

@@ -38,6 +38,8 @@ pub fn main() -> ExitCode {
         Command::Lss(lss) => show_slave(&client, output, &lss.into()),
         Command::Dump(dump) => dump::run(&client, output, &dump),
         Command::Fault(fault) => show_faults(&client, output, fault),
+        Command::Log { change } => show_log(&client, output, change),
+        Command::Audit { count } => show_audit(&client, output, count),
         Command::Version => show_version(&client, output),
     };
     conclude("axisctl", done)
@@ -86,6 +88,20 @@ fn show_slave(client: &Client, output: Output, request: &Request) -> Result<(), 
     }
 }
 
+fn show_log(client: &Client, output: Output, change: Option<String>) -> Result<(), Failure> {
+    match client.ask(&Request::Log { change })? {
+        Response::Log(levels) => output.print(&levels, control::levels_text),
+        other => Err(refusal(other)),
+    }
+}
+
+fn show_audit(client: &Client, output: Output, count: usize) -> Result<(), Failure> {
+    match client.ask(&Request::Audit { count })? {
+        Response::Audit(entries) => output.print(&entries, |entries| control::audit_text(entries)),
+        other => Err(refusal(other)),
+    }
+}
+
 fn show_version(client: &Client, output: Output) -> Result<(), Failure> {
     match client.ask(&Request::Version {})? {
         Response::Version(version) => output.print(&version, |version| {
@@ -102,6 +118,8 @@ fn refusal(response: Response) -> Failure {
         Response::Version(_)
         | Response::Status(_)
         | Response::Faults(_)
+        | Response::Log(_)
+        | Response::Audit(_)
         | Response::Objects(_)
         | Response::Progress(_)
         | Response::Done(_)

@@ -21,11 +21,12 @@ use crate::audit::{self, Files, Names, Trail};
 use crate::cli::Failure;
 use crate::clock::Clock;
 use crate::commands;
-use crate::control::{self, ControlSocket, Reader};
+use crate::control::{self, ControlSocket, Operation, Reader};
 use crate::core::{Core, LinkId, Plan};
 use crate::core_loop::{CoreLoop, Times};
 use crate::demo;
 use crate::link::{Gauge, Link, Load, SocketCan, measure};
+use crate::log::Dial;
 use crate::log::module::{SERVICE, STORAGE};
 use crate::modbus_tcp::{self, Sockets};
 use crate::realtime;
@@ -56,8 +57,8 @@ pub(crate) fn demo(socketcand: Option<SocketAddr>) -> Result<(), Failure> {
 fn serve(gateway: &Gateway, advice: &str, introduction: &str) -> Result<(), Failure> {
     let listening = listen(gateway, advice)?;
     let modbus = modbus_tcp::listen_all(gateway)?;
-    let (log, _dial) = log::start(&gateway.service.log);
-    let outcome = run(gateway, listening, modbus, introduction);
+    let (log, dial) = log::start(&gateway.service.log);
+    let outcome = run(gateway, listening, modbus, introduction, dial);
     info!(target: SERVICE, "stopped");
     drop(log);
     outcome
@@ -69,10 +70,11 @@ fn run(
     listening: Vec<Listening>,
     modbus: Vec<modbus_tcp::Listening>,
     introduction: &str,
+    dial: Dial,
 ) -> Result<(), Failure> {
     let (socket, listener) = control_socket(gateway)?.unzip();
     socket.iter().for_each(|socket| info!(target: SERVICE, "control socket {}", socket.path().display()));
-    let mut core_loop = start(gateway, listening, listener)?;
+    let mut core_loop = start(gateway, listening, listener, dial)?;
     modbus_tcp::introduce(&mut core_loop.core, gateway);
     if !modbus.is_empty() {
         let sockets = Sockets::new(modbus).map_err(|error| Failure::Other(error.to_string()))?;
@@ -89,6 +91,7 @@ fn start(
     gateway: &Gateway,
     listening: Vec<Listening>,
     control: Option<UnixListener>,
+    dial: Dial,
 ) -> Result<CoreLoop, Failure> {
     let other = |error: io::Error| Failure::Other(error.to_string());
     let clock = Clock::start();
@@ -103,8 +106,10 @@ fn start(
     let metrics = metrics.map(|listener| (listener, reader.clone()));
     let (inbox, orders) = control::orders(alarm.bell());
     let inbox = control.is_some().then_some(inbox);
+    let audit = audit::directory(gateway, storage_directory(gateway).as_deref());
+    let operation = Operation { log: Some(dial), audit };
     let has_clients = publisher.is_some();
-    let control = control.map(|listener| (listener, control::ToCore { reader, orders, clock }));
+    let control = control.map(|listener| (listener, control::ToCore { reader, orders, operation, clock }));
     let gauges = if has_clients { gauges(&links) } else { Vec::new() };
     let clients = serve_clients(listening, control, metrics, gauges, &alarm, clock).map_err(other)?;
     let devices: Vec<String> = gateway.devices.iter().map(|device| device.name.clone()).collect();

@@ -67,7 +67,7 @@ impl Server {
         let (publisher, reader) = board(alarm.bell());
         let (inbox, orders) = orders(alarm.bell());
         let (socket, listener) = ControlSocket::bind(&directory.socket()).unwrap();
-        let to_core = ToCore { reader, orders, clock: Clock::start() };
+        let to_core = ToCore { reader, orders, operation: Operation::default(), clock: Clock::start() };
         services::serve(|| serve(listener, to_core)).unwrap();
         Self { directory, publisher, inbox, _socket: socket, _alarm: alarm }
     }

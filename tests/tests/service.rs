@@ -7,7 +7,7 @@ use std::net::TcpStream;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use tests::{Bus, Client, Daemon, PATIENCE, TempDir, axisd, config, free_port, run_python};
+use tests::{Bus, Client, Daemon, PATIENCE, TempDir, axisctl, axisd, config, free_port, run_python};
 
 /// What `axisd check` with these arguments prints, for a file of this text.
 fn check(text: &str, arguments: &[&str]) -> String {
@@ -183,6 +183,41 @@ fn modules_of_the_log_can_be_silent() {
     daemon.terminate();
     daemon.logged("stopped");
     assert!(!daemon.printed().contains("OPERATIONAL"), "{}", daemon.printed());
+    daemon.wait_until_stopped();
+}
+
+#[test]
+fn axisctl_changes_the_log_at_run_time_and_shows_the_trail() {
+    let (port, storage) = (free_port(), TempDir::new());
+    let socket = storage.path().join("control.sock");
+    let config = config(Bus::Socketcand(port), &[("x", "cia402-servo", 1)]);
+    let mut daemon = Daemon::start(&format!(
+        "[control]\nsocket = \"{}\"\n[storage]\npath = \"{}\"\n{config}",
+        socket.display(),
+        storage.path().display()
+    ));
+    let socket = socket.to_str().expect("UTF-8");
+    let ask = |arguments: &[&str]| {
+        let output = axisctl(&[&["--socket", socket], arguments].concat());
+        (
+            output.status.success(),
+            String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned(),
+        )
+    };
+    assert_eq!(ask(&["log", "--json"]).1.matches("\"info\"").count(), 6);
+    let (is_done, levels) = ask(&["log", "device=off"]);
+    assert!(is_done && levels.contains("device   off"), "{levels}");
+    let (is_done, refusal) = ask(&["log", "loud"]);
+    assert!(!is_done && refusal.contains("no level `loud`; there are: off, error"), "{refusal}");
+    let mut client = Client::raw(port);
+    assert!(client.try_ask("601 8 2B 40 60 0 6 0 0 0").expect("an answer").starts_with("581 60"));
+    client.send("< send 0 2 1 0 >");
+    let trail = || ask(&["audit"]).1;
+    wait_until("an entry", || trail().contains("0x6040:00 Controlword"));
+    assert!(trail().lines().count() == 2, "{}", trail());
+    daemon.terminate();
+    daemon.logged("stopped");
+    assert!(!daemon.printed().contains("x: OPERATIONAL"), "{}", daemon.printed());
     daemon.wait_until_stopped();
 }
 

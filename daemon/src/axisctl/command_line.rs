@@ -65,6 +65,17 @@ pub(super) enum Command {
     /// Break and repair the simulated machine behind the axes
     #[command(subcommand)]
     Fault(Fault),
+    /// Show how much is logged, or change it while the daemon runs
+    Log {
+        /// A level for all modules (off, error, warn, info, debug, trace), or MODULE=LEVEL [default: change nothing]
+        change: Option<String>,
+    },
+    /// Show the last entries of the audit trail: who commanded what
+    Audit {
+        /// How many, at most 1000
+        #[arg(long, short = 'n', value_name = "N", default_value_t = 20)]
+        count: usize,
+    },
     /// Show the version of the running daemon
     Version,
 }

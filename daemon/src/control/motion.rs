@@ -148,6 +148,8 @@ async fn movers(orders: &Orders, request: Request) -> Result<Vec<Mover>, String>
         | Request::FaultInject { .. }
         | Request::FaultClear { .. }
         | Request::FaultList { .. }
+        | Request::Log { .. }
+        | Request::Audit { .. }
         | Request::OdList { .. }
         | Request::OdRead { .. }
         | Request::OdWrite { .. }

@@ -1,5 +1,7 @@
 //! The lines of the control socket, both ways.
 
+use std::collections::BTreeMap;
+
 use canopen::NmtCommand;
 use serde::{Deserialize, Serialize};
 
@@ -51,6 +53,17 @@ pub enum Request {
         /// Name of the device; all devices without it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         device: Option<String>,
+    },
+    /// How much is logged.
+    Log {
+        /// What is to change: a level, or a module with its level, such as `device=debug`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        change: Option<String>,
+    },
+    /// The last entries of the audit trail.
+    Audit {
+        /// How many, at most a thousand.
+        count: usize,
     },
     /// The objects of a device with their values.
     OdList {
@@ -182,6 +195,10 @@ pub enum Response {
     Status(Status),
     /// What is broken now behind each axis that was asked about.
     Faults(Vec<AxisFaults>),
+    /// How much each module of the log says.
+    Log(BTreeMap<String, String>),
+    /// Entries of the audit trail, the oldest first.
+    Audit(Vec<serde_json::Value>),
     /// Objects with their values.
     Objects(Vec<ObjectValue>),
     /// How far a motion is; others follow.

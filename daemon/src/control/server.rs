@@ -13,7 +13,7 @@ use tokio::time::{sleep, timeout};
 use super::errand::{Errand, NmtOrder, Target};
 use super::objects::Objects;
 use super::request::{NMT_COMMANDS, PROTOCOL, Version};
-use super::{Order, Orders, Reader, Request, Response, lss, motion, traffic};
+use super::{Operation, Order, Orders, Reader, Request, Response, lss, motion, traffic};
 use crate::clock::Clock;
 
 /// Clients at the same time.
@@ -32,6 +32,8 @@ pub struct ToCore {
     pub reader: Reader,
     /// Orders.
     pub orders: Orders,
+    /// Log and audit trail.
+    pub operation: Operation,
     /// The clock of the core.
     pub clock: Clock,
 }
@@ -111,7 +113,7 @@ async fn answer(request: Request, to_core: &mut ToCore) -> Result<Response, Stri
     if let Request::Lss { action, address, node_id, bus } = request {
         return lss::run(to_core, bus, lss::task(&action, address, node_id)?).await;
     }
-    let ToCore { reader, orders, .. } = to_core;
+    let ToCore { reader, orders, operation, .. } = to_core;
     let order = match request {
         Request::Version {} => {
             let daemon = env!("CARGO_PKG_VERSION").to_owned();
@@ -121,6 +123,8 @@ async fn answer(request: Request, to_core: &mut ToCore) -> Result<Response, Stri
             let status = reader.read().await;
             return status.map(Response::Status).ok_or_else(|| "the core does not answer".to_owned());
         }
+        Request::Log { change } => return operation.log(change.as_deref()),
+        Request::Audit { count } => return operation.audit(count).await,
         Request::OdList { device, bus, filter } => {
             return Objects::of(orders, device, bus.as_deref()).await?.list(filter.as_deref()).await;
         }

@@ -1,0 +1,109 @@
+//! What an operator asks of the daemon itself: how much it logs, and what its audit trail has.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde_json::Value;
+use tokio::task::spawn_blocking;
+use tracing::info;
+
+use super::Response;
+use crate::audit::last_lines;
+use crate::log::Dial;
+use crate::log::module::SERVICE;
+use crate::status::table;
+
+/// Entries of the audit trail that are told at most.
+const MOST_ENTRIES: usize = 1000;
+
+/// The log and the audit trail of this daemon.
+#[derive(Clone, Debug, Default)]
+pub struct Operation {
+    /// What the log is turned by.
+    pub log: Option<Dial>,
+    /// Where the audit trail is kept, if anywhere.
+    pub audit: Option<PathBuf>,
+}
+
+impl Operation {
+    /// Changes how much is logged, if `change` says how: `LEVEL`, or `MODULE=LEVEL`. What is logged then.
+    pub(super) fn log(&self, change: Option<&str>) -> Result<Response, String> {
+        let dial = self.log.as_ref().ok_or("this daemon has no log")?;
+        if let Some(change) = change {
+            dial.turn(change).map_err(|error| error.to_string())?;
+            info!(target: SERVICE, "log: {change}");
+        }
+        let levels = dial.levels().map_err(|error| error.to_string())?;
+        Ok(Response::Log(levels.into_iter().collect()))
+    }
+
+    /// The last entries of the audit trail, the oldest first.
+    pub(super) async fn audit(&self, count: usize) -> Result<Response, String> {
+        let directory = self
+            .audit
+            .clone()
+            .ok_or("this daemon keeps no audit trail: it has no [storage] or [audit] path")?;
+        let lines = spawn_blocking(move || last_lines(&directory, count.min(MOST_ENTRIES)));
+        let lines = lines.await.map_err(|error| error.to_string())?.map_err(|error| error.to_string())?;
+        // A line that is still being written is not told.
+        Ok(Response::Audit(lines.iter().filter_map(|line| serde_json::from_str(line).ok()).collect()))
+    }
+}
+
+/// Levels of the log as a table.
+#[must_use]
+pub fn levels_text(levels: &BTreeMap<String, String>) -> String {
+    let rows: Vec<_> = levels.iter().map(|(module, level)| [module.clone(), level.clone()]).collect();
+    table(&["MODULE", "LEVEL"], &rows)
+}
+
+/// Entries of the audit trail as a table.
+#[must_use]
+pub fn audit_text(entries: &[Value]) -> String {
+    const HEAD: [&str; 7] = ["TIME", "BY", "DEVICE", ">AXIS", "EVENT", "OBJECT", ">VALUE"];
+    let row = |entry: &Value| {
+        let part = |key: &str| told(&entry[key]);
+        let by = &entry["by"];
+        let who = [&by["bus"], &by["client"], &by["kind"]].into_iter().find(|who| who.is_string());
+        let object = format!("{} {}", part("object"), part("name"));
+        let value = if entry["lost"].is_null() { part("value") } else { format!("{} lost", part("lost")) };
+        [
+            part("time"),
+            told(who.unwrap_or(&Value::Null)),
+            part("device"),
+            part("axis"),
+            part("event"),
+            object.trim().to_owned(),
+            value,
+        ]
+    };
+    table(&HEAD, &entries.iter().map(row).collect::<Vec<_>>())
+}
+
+fn told(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_are_told_in_a_table() {
+        let entries = [
+            r#"{"time":"T1","event":"write","device":"x","axis":1,"by":{"kind":"canopen","bus":"can0","node_id":1},"object":"0x6040:00","name":"Controlword","value":6}"#,
+            r#"{"time":"T2","event":"lost","lost":3}"#,
+        ];
+        let entries: Vec<Value> = entries.iter().map(|entry| serde_json::from_str(entry).unwrap()).collect();
+        assert_eq!(
+            audit_text(&entries),
+            "TIME  BY    DEVICE  AXIS  EVENT  OBJECT                  VALUE\n\
+             T1    can0  x          1  write  0x6040:00 Controlword       6\n\
+             T2                        lost                          3 lost\n"
+        );
+    }
+}

@@ -3,7 +3,7 @@
 mod bench;
 
 use bench::Bench;
-use canopen::Traffic;
+use canopen::{Id, Traffic};
 
 #[test]
 fn frames_are_counted_by_what_they_are_for() {
@@ -26,7 +26,7 @@ fn frames_are_counted_by_what_they_are_for() {
 fn pdos_count_both_ways_and_only_where_there_is_a_service() {
     let mut bench = Bench::new();
     bench.send("000#0101");
-    let sent = bench.send("080#").iter().filter(|frame| frame.starts_with("181#")).count() as u64;
+    let sent = bench.send("080#").iter().filter(|frame| frame.id == Id::Standard(0x181)).count() as u64;
     let before = bench.node.traffic();
     bench.send("201#0000000000000000");
     bench.send("202#0000000000000000");

@@ -417,6 +417,7 @@ proptest! {
             include_str!("../examples/machine.toml"),
             include_str!("../examples/jvl-modules.toml"),
             include_str!("../examples/modbus.toml"),
+            include_str!("../examples/service.toml"),
         ]),
         from in 0.0..1.0, length in 0..30_usize, instead in "[ -~\\n]{0,8}",
     ) {

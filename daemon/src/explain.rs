@@ -1,9 +1,10 @@
 //! `axisd check --explain`: what comes of a configuration, with everything that it leaves to profiles, motors and defaults.
 
+use core::time::Duration;
 use std::fmt::Write;
 use std::path::Path;
 
-use config::{Gateway, LIMITS, Link, UNCONFIGURED};
+use config::{Gateway, LIMITS, Link, ModbusDialect, Owner, UNCONFIGURED, WhenFull, WordOrder};
 use od::{Address, Entry, Initial, Schema, Value};
 use profiles::{MotorKind, OwnDefault, PlantSetup, Profile};
 use serde::Serialize;
@@ -16,6 +17,7 @@ use crate::{audit, control};
 pub(crate) struct Explanation {
     buses: Vec<Bus>,
     devices: Vec<Device>,
+    modbus: Vec<Listener>,
     storage: Option<String>,
     control: Vec<String>,
     log: Log,
@@ -41,12 +43,34 @@ struct Device {
     motor: Option<Motor>,
     nodes: Vec<Node>,
     unit_id: Option<u8>,
+    modbus: View,
+    owner: String,
     sdo_timeout_ms: Option<u64>,
     /// Power-on values, which stored ones come before.
     limits: Vec<Entered>,
     objects: Vec<Entered>,
     /// What differs from the plant of the motor.
     plant: Vec<String>,
+}
+
+/// How a device looks to Modbus clients, and who may command it.
+#[derive(Debug, Serialize)]
+struct View {
+    dialect: &'static str,
+    word_order: &'static str,
+    timeout_ms: Option<u64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Listener {
+    listen: Vec<String>,
+    device: Option<String>,
+    max_clients: u16,
+    when_full: &'static str,
+    idle_timeout_s: Option<u64>,
+    allow: Vec<String>,
+    read_only: Vec<String>,
+    write_ranges: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -113,6 +137,7 @@ impl Explanation {
         Self {
             buses: gateway.buses.iter().map(bus).collect(),
             devices: gateway.devices.iter().map(|own| device(own, gateway)).collect(),
+            modbus: gateway.modbus.iter().map(|own| listener(own, gateway)).collect(),
             storage: storage.map(shown),
             control: places.iter().map(|path| shown(path)).collect(),
             log: Log {
@@ -179,11 +204,56 @@ fn device(own: &config::Device, gateway: &Gateway) -> Device {
         motor: profile.motor.as_ref().map(motor),
         nodes: own.on.iter().map(node).collect(),
         unit_id: own.unit_id,
-        sdo_timeout_ms: own.sdo_timeout.map(|time| u64::try_from(time.as_millis()).unwrap_or(u64::MAX)),
+        modbus: view(own.modbus),
+        owner: owner(own.owner, gateway),
+        sdo_timeout_ms: own.sdo_timeout.map(millis),
         limits: bound.filter_map(|address| entered(profile, address)).collect(),
         objects: own.defaults.iter().filter_map(|own: &OwnDefault| entered(profile, own.address)).collect(),
         plant: plant(&own.plant),
     }
+}
+
+fn view(view: config::ModbusView) -> View {
+    View {
+        dialect: match view.dialect {
+            ModbusDialect::Jvl => "jvl",
+            ModbusDialect::Full => "full",
+        },
+        word_order: match view.word_order {
+            WordOrder::LowFirst => "low-first",
+            WordOrder::HighFirst => "high-first",
+        },
+        timeout_ms: view.timeout.map(millis),
+    }
+}
+
+fn owner(owner: Option<Owner>, gateway: &Gateway) -> String {
+    match owner {
+        None => "any".to_owned(),
+        Some(Owner::Modbus) => "modbus".to_owned(),
+        Some(Owner::Bus(bus)) => gateway.buses.get(bus).map(|bus| bus.name.clone()).unwrap_or_default(),
+    }
+}
+
+fn listener(own: &config::Listener, gateway: &Gateway) -> Listener {
+    let shown = |networks: &[config::Network]| networks.iter().map(ToString::to_string).collect();
+    Listener {
+        listen: own.listen.iter().map(ToString::to_string).collect(),
+        device: own.device.and_then(|device| gateway.devices.get(device)).map(|device| device.name.clone()),
+        max_clients: own.max_clients,
+        when_full: match own.when_full {
+            WhenFull::Refuse => "refuse",
+            WhenFull::Replace => "replace",
+        },
+        idle_timeout_s: own.idle_timeout.map(|time| time.as_secs()),
+        allow: shown(&own.allow),
+        read_only: shown(&own.read_only),
+        write_ranges: own.write.iter().map(|r| format!("0x{:04X}-0x{:04X}", r.start(), r.end())).collect(),
+    }
+}
+
+fn millis(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }
 
 fn motor(motor: &profiles::Motor) -> Motor {

@@ -44,7 +44,9 @@ pub(crate) fn receive<const SIZE: usize>(
         header.msg_hdr.msg_iov = place;
         header.msg_hdr.msg_iovlen = 1;
     }
-    let mut controls = stamps.is_some().then(|| [[0_u64; CONTROL / size_of::<u64>()]; BATCH]);
+    // Only where they are wanted: it is memory to be cleared.
+    let mut controls =
+        if stamps.is_some() { Some([[0_u64; CONTROL / size_of::<u64>()]; BATCH]) } else { None };
     for (header, control) in headers.iter_mut().zip(controls.iter_mut().flatten()) {
         header.msg_hdr.msg_control = control.as_mut_ptr().cast();
         header.msg_hdr.msg_controllen = CONTROL;

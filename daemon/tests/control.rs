@@ -13,8 +13,8 @@ use std::time::Duration;
 use daemon::alarm::Alarm;
 use daemon::clock::Clock;
 use daemon::control::{
-    AxisFaults, ControlSocket, Errand, Inbox, Order, Outcome, Publisher, Response, Task, ToCore, Watched,
-    board, orders, serve,
+    AxisFaults, ControlSocket, Errand, Inbox, Operation, Order, Outcome, Publisher, Response, Task, ToCore,
+    Watched, board, orders, serve,
 };
 use daemon::core::LinkId;
 use daemon::services;

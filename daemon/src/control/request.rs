@@ -188,6 +188,7 @@ pub enum Request {
 /// What it is answered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[expect(clippy::large_enum_variant, reason = "there is one at a time, and not for long")]
 pub enum Response {
     /// Version of protocol and daemon.
     Version(Version),

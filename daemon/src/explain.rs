@@ -6,7 +6,7 @@ use std::path::Path;
 
 use config::{Gateway, LIMITS, Link, ModbusDialect, Owner, UNCONFIGURED, WhenFull, WordOrder};
 use od::{Address, Entry, Initial, Schema, Value};
-use profiles::{MotorKind, OwnDefault, PlantSetup, Profile};
+use profiles::{MotorKind, OwnDefault, PlantSetup, Profile, Timing};
 use serde::Serialize;
 use serde_json::Value as Json;
 
@@ -30,6 +30,7 @@ pub(crate) struct Explanation {
 struct Bus {
     name: String,
     link: String,
+    bit_rate_kbit_s: Option<u16>,
     socketcand: Option<String>,
 }
 
@@ -46,6 +47,7 @@ struct Device {
     modbus: View,
     owner: String,
     sdo_timeout_ms: Option<u64>,
+    timing: &'static str,
     /// Power-on values, which stored ones come before.
     limits: Vec<Entered>,
     objects: Vec<Entered>,
@@ -179,7 +181,12 @@ fn bus(bus: &config::Bus) -> Bus {
         Link::Virtual => "virtual".to_owned(),
         Link::SocketCan(interface) => format!("socketcan:{interface}"),
     };
-    Bus { name: bus.name.clone(), link, socketcand: bus.socketcand.map(|address| address.to_string()) }
+    Bus {
+        name: bus.name.clone(),
+        link,
+        bit_rate_kbit_s: bus.bit_rate_kbit_s,
+        socketcand: bus.socketcand.map(|address| address.to_string()),
+    }
 }
 
 fn device(own: &config::Device, gateway: &Gateway) -> Device {
@@ -207,6 +214,10 @@ fn device(own: &config::Device, gateway: &Gateway) -> Device {
         modbus: view(own.modbus),
         owner: owner(own.owner, gateway),
         sdo_timeout_ms: own.sdo_timeout.map(millis),
+        timing: match own.timing {
+            Timing::Immediate => "immediate",
+            Timing::Authentic => "authentic",
+        },
         limits: bound.filter_map(|address| entered(profile, address)).collect(),
         objects: own.defaults.iter().filter_map(|own: &OwnDefault| entered(profile, own.address)).collect(),
         plant: plant(&own.plant),

@@ -115,7 +115,7 @@ pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
 /// What to write instead of the unknown `word`: the nearest of the known ones, or any of them.
 pub(crate) fn suggestion<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Option<String> {
     const SHORT_LIST: usize = 8;
-    const LONGEST_LIST: usize = 20;
+    const LONGEST_LIST: usize = 32;
     let known: Vec<&str> = known.into_iter().collect();
     let list = known.join(", ");
     match nearest(word, &known) {

@@ -2,10 +2,10 @@
 //! outputs makes of an amplifier, a motor and an encoder (MACCON MAC4 User Manual, sections 2.2, 2.3, 5.16).
 
 use crate::controller::{Coefficients, PositionController};
-use crate::drive::{Capabilities, Command, Demand, Drive, DriveFault, Feedback};
+use crate::drive::{Capabilities, Command, Demand, Drive, DriveFault, Feedback, Setting, Signals};
 use crate::inputs::Latches;
 use crate::limits::TorqueLimit;
-use crate::measurement::{Measurement, Scale, Sensor, SensorConfig};
+use crate::measurement::{Reader, Scale, SensorConfig, Source};
 use crate::plant::{Amplifier, AmplifierConfig, AmplifierMode, Plant, PlantConfig};
 use crate::power_stage::PowerStage;
 use crate::units::{Period, Position, Torque, Velocity, Voltage, cut};
@@ -63,8 +63,7 @@ pub struct AnalogDrive {
     plant: Plant,
     amplifier: Amplifier,
     mode: AmplifierMode,
-    sensor: Sensor,
-    measurement: Measurement,
+    reader: Reader,
     controller: PositionController,
     sign: i32,
     stage: PowerStage,
@@ -91,8 +90,7 @@ impl AnalogDrive {
             plant: Plant::new(config.plant),
             amplifier: Amplifier::new(config.amplifier),
             mode: config.amplifier.mode,
-            sensor: Sensor::new(config.sensor),
-            measurement: Measurement::new(config.sensor, Scale::ONE),
+            reader: Reader::new(config.sensor, Source::Own(config.sensor, Scale::ONE)),
             controller,
             sign: if config.reversed { -1 } else { 1 },
             stage: PowerStage::new(config.enabling_steps),
@@ -154,13 +152,9 @@ impl AnalogDrive {
 
     /// Reads the sensor and, before its count goes on, the latches.
     fn measure(&mut self) -> Latches {
-        let latches = self.plant.take_latches().map(|place| {
-            let word = self.sensor.word(place.0 as i64);
-            self.measurement.latched(word).ok().map(|place| Position(place as f64))
-        });
-        match self.measurement.update(self.sensor.word(self.plant.encoder().0 as i64)) {
+        let latches = self.reader.latches(self.plant.take_latches());
+        match self.reader.read(self.plant.encoder()) {
             Ok(position) => {
-                let position = Position(position as f64);
                 self.velocity = Velocity((position - self.position).0 / self.period_seconds);
                 self.position = position;
             }
@@ -193,6 +187,32 @@ impl Drive for AnalogDrive {
             torque: self.torque,
             latches,
             ..self.plant.feedback()
+        }
+    }
+
+    fn configure(&mut self, setting: Setting) {
+        match setting {
+            Setting::Coefficients(coefficients) => self.controller.set_coefficients(coefficients),
+            Setting::OutputLimit(limit) => self.controller.set_limit(limit),
+            Setting::Reversed(reversed) => self.sign = if reversed { -1 } else { 1 },
+            Setting::Source(source) => {
+                self.reader.set_source(source);
+                self.measure();
+                self.velocity = Velocity(0.0);
+                self.due = self.position;
+            }
+            Setting::Word(word) => self.reader.supply(word),
+            Setting::Turbo(_) | Setting::BoostLead(_) => {}
+        }
+    }
+
+    fn signals(&self) -> Signals {
+        Signals {
+            place: self.position,
+            word: self.reader.word(),
+            count: self.reader.count(),
+            output: self.output,
+            ..Signals::default()
         }
     }
 

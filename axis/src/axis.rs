@@ -13,14 +13,14 @@ mod window;
 
 use core::num::NonZeroU32;
 
-use crate::drive::{Drive, DriveState};
+use crate::drive::{Drive, DriveState, Setting, Signals};
 use crate::generator::{Generator, Stepping};
 use crate::inputs::Levels;
 use crate::limits::{Limits, PositionRange, TorqueLimit};
 use crate::order::Order;
 use crate::plant::Plant;
 use crate::profile::{FeedForward, Profile, SetPoint};
-use crate::status::Status;
+use crate::status::{Fault, Status};
 use crate::travel::Travel;
 use crate::units::{Acceleration, Period, Position, Torque, Velocity};
 
@@ -216,6 +216,18 @@ impl Axis {
         self.power.delays = delays;
     }
 
+    /// Reacts to a fault that was noticed outside of the axis as to its own of the same kind; one that stands already
+    /// counts more.
+    pub fn raise(&mut self, fault: Fault) {
+        let reaction = match fault {
+            Fault::FollowingError => self.guard.following_error,
+            Fault::DriveSignal => self.guard.drive_signal,
+            Fault::Supervision => self.guard.supervision,
+            Fault::Drive(_) | Fault::Lost | Fault::EmergencyStop => Reaction::Coast,
+        };
+        self.trip(fault, reaction);
+    }
+
     /// Clears a fault, also in the drive. The axis stays off; a cause that persists is a new fault.
     pub fn reset_fault(&mut self) {
         self.reset = true;
@@ -371,6 +383,24 @@ impl Axis {
     /// A sign of life of whoever commands the axis.
     pub fn confirm(&mut self) {
         self.supervision.refresh(self.status.steps);
+    }
+
+    /// Changes how the drive is set up, see [`Setting`]. A new source of the position makes the axis be there, its
+    /// demand with it.
+    pub fn configure(&mut self, setting: Setting) {
+        self.drive.configure(setting);
+        if matches!(setting, Setting::Source(_)) {
+            self.sample.position = self.drive.signals().place + self.offset;
+            self.status.actual.velocity = Velocity(0.0);
+            self.place_at_actual();
+            self.report();
+        }
+    }
+
+    /// What a controller card shows of its connections.
+    #[must_use]
+    pub fn signals(&self) -> Signals {
+        self.drive.signals()
     }
 
     /// Lets time pass in which the axis was not stepped because it [is quiet](Axis::is_quiet).

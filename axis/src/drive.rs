@@ -1,7 +1,9 @@
 //! What an axis needs from a drive, simulated or real.
 
+use crate::controller::Coefficients;
 use crate::inputs::{Inputs, Latches};
 use crate::limits::TorqueLimit;
+use crate::measurement::Source;
 use crate::plant::Plant;
 use crate::profile::{FeedForward, SetPoint};
 use crate::units::{Position, Temperature, Torque, Velocity, Voltage};
@@ -18,6 +20,14 @@ pub trait Drive: Send {
         Capabilities::default()
     }
 
+    /// Changes how the drive is set up; what it does not have changes nothing.
+    fn configure(&mut self, _setting: Setting) {}
+
+    /// What a controller card shows of its connections.
+    fn signals(&self) -> Signals {
+        Signals::default()
+    }
+
     /// Time passes while the drive sleeps, see [`Capabilities::sleeps`].
     fn rest(&mut self, _seconds: f64) {}
 
@@ -30,6 +40,44 @@ pub trait Drive: Send {
     fn plant_view(&self) -> Option<&Plant> {
         None
     }
+}
+
+/// What can be changed in a drive under a controller card (MACCON MAC4 User Manual, sections 4.1 to 4.4 and 5.16).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Setting {
+    /// The coefficients of the sampled position controller.
+    Coefficients(Coefficients),
+    /// The highest output of that controller, 0 to 2047 counts of the converter.
+    OutputLimit(i32),
+    /// The motor turns the other way, but for [`Demand::Output`]. At standstill only: the place of the motor stays.
+    Reversed(bool),
+    /// Where the position comes from. The drive reads it at once; without power only, as the place may jump.
+    Source(Source),
+    /// A word of the host, see [`Source::Host`].
+    Word(u32),
+    /// Ten times the frequencies of a pulse output; refused in motion.
+    Turbo(bool),
+    /// How long BOOST leads a motion, in ns.
+    BoostLead(u64),
+}
+
+/// What a controller card shows of its connections.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Signals {
+    /// The place as measured, in the coordinates of the drive.
+    pub place: Position,
+    /// The last word of the position sensor.
+    pub word: u32,
+    /// The number in it.
+    pub count: u32,
+    /// Counts of the converter, or steps in the last raster period.
+    pub output: i32,
+    /// The BOOST signal.
+    pub boost: bool,
+    /// BOOST has led for long enough: pulses are possible.
+    pub boost_ready: bool,
+    /// TURBO is on.
+    pub turbo: bool,
 }
 
 /// What the axis asks of the drive for one raster period.

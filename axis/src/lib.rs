@@ -29,11 +29,11 @@ mod units;
 pub use analog::{AnalogConfig, AnalogDrive};
 pub use axis::{Axis, BehindLimit, Guard, PowerDelays, QueueFull, Reaction, Standby, TargetWindow};
 pub use controller::{Coefficients, PositionController};
-pub use drive::{Capabilities, Command, Demand, Drive, DriveFault, DriveState, Feedback};
+pub use drive::{Capabilities, Command, Demand, Drive, DriveFault, DriveState, Feedback, Setting, Signals};
 pub use generator::{Creep, Generator, Goal, Stepping};
 pub use inputs::{Edges, Input, Inputs, Latches, Level, Levels, Switch, Switches};
 pub use limits::{Limits, PositionRange, TorqueLimit};
-pub use measurement::{Coding, Counting, Measurement, OutOfRange, Scale, Sensor, SensorConfig};
+pub use measurement::{Coding, Counting, Measurement, OutOfRange, Scale, Sensor, SensorConfig, Source};
 pub use order::{Base, Finish, Mark, Order, Seek, SeekState};
 pub use plant::{
     Amplifier, AmplifierConfig, AmplifierMode, DcLink, EncoderBreak, Load, Noise, Overload, Plant,

@@ -5,9 +5,12 @@
 //! how the word is coded, how far it counts, and whether the axis takes its value or only its changes. A
 //! [`Scale`] then turns increments into motor steps.
 
+mod reader;
 mod scale;
 mod sensor;
 
+pub(crate) use reader::Reader;
+pub use reader::Source;
 pub use scale::Scale;
 pub use sensor::{Coding, Counting, Sensor, SensorConfig};
 

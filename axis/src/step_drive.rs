@@ -7,13 +7,13 @@
 
 use core::num::NonZeroU32;
 
-use crate::drive::{Capabilities, Command, Demand, Drive, DriveFault, Feedback};
+use crate::drive::{Capabilities, Command, Demand, Drive, DriveFault, Feedback, Setting, Signals};
 use crate::inputs::Latches;
 use crate::limits::TorqueLimit;
-use crate::measurement::{Measurement, Scale, Sensor, SensorConfig};
+use crate::measurement::{Reader, Scale, SensorConfig, Source};
 use crate::plant::{Plant, PlantConfig, Stepper, StepperConfig};
 use crate::power_stage::PowerStage;
-use crate::pulses::Pulses;
+use crate::pulses::{PulseOutput, Pulses};
 use crate::units::{Period, Position, Torque, Velocity, cut, rounded};
 
 /// Longest step of the simulation, in ns.
@@ -73,9 +73,17 @@ pub struct StepDrive {
     plant: Plant,
     motor: Stepper,
     pulses: Pulses,
-    encoder: Option<(Sensor, Measurement)>,
+    reader: Reader,
+    /// What went to the motor in the last period.
+    output: PulseOutput,
+    /// Steps in the last period.
+    way: Position,
+    sign: f64,
+    /// Where the motor is told to be when the pulses are at step 0.
+    motor_zero: Position,
     stage: PowerStage,
     lead: u32,
+    period_nanos: u64,
     inner_steps: u32,
     inner_seconds: f64,
     period_seconds: f64,
@@ -97,20 +105,22 @@ impl StepDrive {
         // At rest nothing is refused.
         let _ = pulses.set_turbo(config.turbo);
         let plant = Plant::new(config.plant);
-        let encoder = match config.feedback {
-            StepFeedback::Counter => None,
-            StepFeedback::Encoder { sensor, scale } => {
-                Some((Sensor::new(sensor), Measurement::new(sensor, scale)))
-            }
+        let reader = match config.feedback {
+            StepFeedback::Counter => Reader::new(SensorConfig::incremental(16), Source::Counter),
+            StepFeedback::Encoder { sensor, scale } => Reader::new(sensor, Source::Own(sensor, scale)),
         };
-        let lead = config.boost_lead_nanos.div_ceil(period.nanos());
         let mut new = Self {
             motor: Stepper::new(config.motor, plant.motor_position()),
             plant,
             pulses,
-            encoder,
+            reader,
+            output: PulseOutput::default(),
+            way: Position(0.0),
+            sign: 1.0,
+            motor_zero: Position(0.0),
             stage: PowerStage::new(config.enabling_steps),
-            lead: u32::try_from(lead).unwrap_or(u32::MAX),
+            lead: lead(config.boost_lead_nanos, period.nanos()),
+            period_nanos: period.nanos(),
             inner_steps,
             inner_seconds: period.seconds() / f64::from(inner_steps),
             period_seconds: period.seconds(),
@@ -139,6 +149,7 @@ impl StepDrive {
 
     /// Turns from one place of the pulses to another.
     fn advance(&mut self, from: Position, to: Position, limit: TorqueLimit) {
+        let (from, to) = (self.motor_place(from), self.motor_place(to));
         let share = 1.0 / f64::from(self.inner_steps);
         let rate = (to - from).0 / self.period_seconds;
         // The torque of an inner step is that of its beginning, where rotor and field are known.
@@ -156,20 +167,22 @@ impl StepDrive {
         }
     }
 
+    /// Where the motor is told to be at a place of the pulses.
+    fn motor_place(&self, pulses: Position) -> Position {
+        Position(self.sign * pulses.0) + self.motor_zero
+    }
+
     /// Takes the count of pulses, or reads the encoder; with an encoder also the latches.
     fn measure(&mut self, pulses: i64) -> Latches {
         let raw = self.plant.take_latches();
-        let Some((sensor, measurement)) = &mut self.encoder else {
+        if self.reader.is_counter() {
             // A signal is where the pulses are when it changes.
             self.position = Position(pulses as f64);
             return raw.map(|_| Some(self.position));
-        };
-        let latches = raw.map(|place| {
-            let word = sensor.word(place.0 as i64);
-            measurement.latched(word).ok().map(|place| Position(place as f64))
-        });
-        match measurement.update(sensor.word(self.plant.encoder().0 as i64)) {
-            Ok(position) => self.position = Position(position as f64),
+        }
+        let latches = self.reader.latches(raw);
+        match self.reader.read(self.plant.encoder()) {
+            Ok(position) => self.position = position,
             Err(_) => self.stage.trip(DriveFault::Encoder),
         }
         latches
@@ -182,16 +195,17 @@ impl Drive for StepDrive {
         let is_powered = self.stage.is_on() && command.enable;
         self.stage.switch(command, &self.plant);
         let from = self.pulses.place();
-        let output = if is_powered {
+        self.output = if is_powered {
             self.pulses.step(self.target(&command.demand), command.moving)
         } else {
             self.bias = from - self.position;
             self.pulses.step(from, false)
         };
         let to = self.pulses.place();
+        self.way = to - from;
         self.advance(from, to, if is_powered { command.torque_limit } else { TorqueLimit::default() });
-        self.velocity = Velocity((to - from).0 / self.period_seconds);
-        let latches = self.measure(output.steps);
+        self.velocity = Velocity(self.way.0 / self.period_seconds);
+        let latches = self.measure(self.output.steps);
         Feedback {
             step: self.steps,
             state: self.stage.state(),
@@ -200,6 +214,46 @@ impl Drive for StepDrive {
             torque: self.torque,
             latches,
             ..self.plant.feedback()
+        }
+    }
+
+    fn configure(&mut self, setting: Setting) {
+        match setting {
+            Setting::Reversed(reversed) => {
+                let place = self.motor_place(self.pulses.place());
+                self.sign = if reversed { -1.0 } else { 1.0 };
+                self.motor_zero = self.motor_zero + place - self.motor_place(self.pulses.place());
+            }
+            Setting::Source(source) => {
+                self.reader.set_source(source);
+                self.measure(self.output.steps);
+                self.velocity = Velocity(0.0);
+                self.bias = self.pulses.place() - self.position;
+            }
+            Setting::Word(word) => self.reader.supply(word),
+            Setting::Turbo(turbo) => {
+                // In motion it stays as it is.
+                let _ = self.pulses.set_turbo(turbo);
+            }
+            Setting::BoostLead(nanos) => {
+                self.pulses.set_boost_lead(nanos);
+                self.lead = lead(nanos, self.period_nanos);
+            }
+            Setting::Coefficients(_) | Setting::OutputLimit(_) => {}
+        }
+    }
+
+    fn signals(&self) -> Signals {
+        let is_counter = self.reader.is_counter();
+        let pulses = self.output.steps as u32;
+        Signals {
+            place: self.position,
+            word: if is_counter { pulses } else { self.reader.word() },
+            count: if is_counter { pulses } else { self.reader.count() },
+            output: rounded(self.way.0) as i32,
+            boost: self.output.boost,
+            boost_ready: self.output.ready,
+            turbo: self.pulses.is_turbo(),
         }
     }
 
@@ -218,4 +272,9 @@ impl Drive for StepDrive {
     fn plant_view(&self) -> Option<&Plant> {
         Some(&self.plant)
     }
+}
+
+/// Raster steps that BOOST leads by.
+fn lead(nanos: u64, period_nanos: u64) -> u32 {
+    u32::try_from(nanos.div_ceil(period_nanos)).unwrap_or(u32::MAX)
 }

@@ -162,7 +162,7 @@ impl Axis {
         !may_stray && self.following_error_limit.is_some_and(|limit| error.abs() > limit.abs())
     }
 
-    fn trip(&mut self, fault: Fault, reaction: Reaction) {
+    pub(super) fn trip(&mut self, fault: Fault, reaction: Reaction) {
         let is_first = self.status.fault.is_none();
         self.status.fault.get_or_insert(fault);
         self.queue.clear();

@@ -10,6 +10,7 @@ use crate::{Diagnostics, MotorData, Profile, RegisterFile, Report, Span};
 
 mod base;
 pub(crate) mod default;
+mod group;
 mod motors;
 mod object;
 mod pdo;
@@ -50,11 +51,16 @@ fn read(mut file: Table<'_, '_>, motor: Option<&str>, data: &MotorData) -> Optio
     for node in file.get::<Vec<Node>>("object").unwrap_or_default() {
         objects.read(node, chosen, file.report);
     }
+    let groups = group::read_all(&mut file);
+    groups.iter().for_each(|group| group.read_objects(&mut objects, chosen, file.report));
     if objects.wants_motor && !file.has("motors") {
         file.require::<Node>("motors");
     }
-    let rpdos = pdo::read_all(&mut file, pdo::RECEIVE, &mut objects);
-    let tpdos = pdo::read_all(&mut file, pdo::TRANSMIT, &mut objects);
+    let mut pdos = |kind| {
+        let own = pdo::read_all(&mut file, kind, &mut objects);
+        groups.iter().fold(own, |sum, group| sum + group.read_pdos(kind, &mut objects, file.report))
+    };
+    let (rpdos, tpdos) = (pdos(pdo::RECEIVE), pdos(pdo::TRANSMIT));
     let is_of_application = |object: &Object| object.index >= FIRST_OF_APPLICATION;
     let (application, communication) = objects.list.into_iter().partition(is_of_application);
     let communication = schema(communication, &objects.spans, file.report);

@@ -4,10 +4,11 @@
 //! RECORD. What the object says of type, access, PDO, range, default and behaviour holds for every member that
 //! does not say otherwise.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use od::{Access, Address, DataType, Entry, Initial, Mappable, Object, PdoTraits, Schema, Value};
 
+use super::group::Place;
 use super::reader::{Node, Scalar, Spanned, Table};
 use super::registers::{Group, Lists};
 use super::{FIRST_OF_APPLICATION, default};
@@ -29,6 +30,10 @@ pub(super) struct Objects {
     pub(super) wants_motor: bool,
     /// The registers of the motor and of the module.
     pub(super) lists: Lists,
+    /// Which axis of a group is being read.
+    pub(super) place: Place,
+    /// Indices at which the first axis has the objects of groups.
+    repeated: HashSet<u16>,
     entries: usize,
 }
 
@@ -43,7 +48,9 @@ impl Objects {
         let mut table = node.open(report);
         let index = table.require::<u16>("index");
         let name = table.require::<&str>("name");
-        let common = Attributes::read(&mut table);
+        let mut common = Attributes::read(&mut table);
+        self.place.refuse_axis(&mut table);
+        common.axis = self.place.axis.or(common.axis);
         let length = array_length(&mut table);
         let member = table.get::<&str>("member");
         let count = table.get::<Node>("count");
@@ -58,7 +65,7 @@ impl Objects {
             refuse(&mut table, &["member", "count", "names"], "only an object with members has this");
         }
         let span = table.span();
-        let (Some(index), Some(name)) = (index, name) else { return table.finish() };
+        let (Some(index), Some(name)) = (self.placed(index, &mut table), name) else { return table.finish() };
 
         let mut builder = Builder { objects: self, index, motor, members: Vec::new() };
         if is_var {
@@ -118,6 +125,26 @@ impl Objects {
             }
         }
         table.finish();
+    }
+
+    /// The index of the object on the axis that is being read.
+    fn placed(&mut self, index: Option<u16>, table: &mut Table<'_, '_>) -> Option<u16> {
+        let (index, place) = (index?, self.place);
+        if place.axis.is_some() {
+            self.repeated.insert(index);
+        }
+        let placed = place.index(index);
+        if placed.is_none() {
+            let message = "the last axes have no room for this object";
+            table.report.error(&table.key_span("index"), message, "take a lower index".to_owned());
+        }
+        placed
+    }
+
+    /// The entry of the axis that is being read, where the first axis has that at `address`.
+    pub(super) fn of_axis(&self, address: Address) -> Address {
+        let placed = self.place.index(address.index).filter(|_| self.repeated.contains(&address.index));
+        placed.map_or(address, |index| Address::new(index, address.sub))
     }
 
     /// Adds an object that stands at `span`.
@@ -285,6 +312,7 @@ impl Builder<'_, '_> {
         let sub = if table.has("sub") { table.require_in("sub", 1..=254) } else { Some(next) };
         let listed = sub.and_then(|sub| name_of(names, sub));
         let name = if listed.is_some() { table.get("name").or(listed) } else { table.require("name") };
+        self.objects.place.refuse_axis(&mut table);
         let attributes = Attributes::read(&mut table).or(common);
         let span = table.span();
         if let (Some(sub), Some(name)) = (sub, name) {

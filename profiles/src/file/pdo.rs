@@ -7,6 +7,7 @@ mod traits;
 use od::{Access, DataType, Direction, Entry, Initial, Mapping, Object, PdoTraits, Range, Value};
 
 use super::default;
+use super::group::Place;
 use super::object::Objects;
 use super::reader::{Node, Scalar, Spanned, Table};
 use crate::Report;
@@ -64,17 +65,28 @@ const SLOWEST_SYNC: i128 = 240;
 /// Reads the PDOs of one kind, adds their objects and says how many there are.
 pub(super) fn read_all(file: &mut Table<'_, '_>, kind: Kind, objects: &mut Objects) -> u16 {
     let nodes = file.get::<Vec<Node>>(kind.key).unwrap_or_default();
-    nodes.into_iter().fold(0, |sum: u16, node| sum.saturating_add(read(node, kind, objects, file.report)))
+    read_list(&nodes, kind, objects, file.report)
+}
+
+/// Reads these PDOs, adds their objects and says how many there are.
+pub(super) fn read_list(nodes: &[Node<'_>], kind: Kind, objects: &mut Objects, report: &mut Report) -> u16 {
+    nodes.iter().fold(0, |sum: u16, node| sum.saturating_add(read(node.clone(), kind, objects, report)))
 }
 
 /// Reads the PDO `number`, or the run of equal ones from `number` to `last`, and says how many these are.
 fn read(node: Node<'_>, kind: Kind, objects: &mut Objects, report: &mut Report) -> u16 {
     let span = node.span();
     let mut table = node.open(report);
-    let number = table.require_in("number", 1..=HIGHEST_NUMBER);
+    let place = objects.place;
+    let highest = if place.axis.is_some() { Place::PDOS } else { HIGHEST_NUMBER };
+    let number = table.require_in("number", 1..=highest);
     let lowest_last = number.unwrap_or(1);
-    let last =
-        if table.has("last") { table.require_in("last", lowest_last..=HIGHEST_NUMBER) } else { number };
+    let last = if table.has("last") { table.require_in("last", lowest_last..=highest) } else { number };
+    if place.axis.is_some() && table.has("cob_id") {
+        let help = "leave `cob_id` out: the master gives those of axes 2 and up".to_owned();
+        table.report.error(&table.key_span("cob_id"), "PDOs of several axes cannot have one COB-ID", help);
+    }
+    let (number, last) = (number.map(|n| place.pdo(n)), last.map(|n| place.pdo(n)));
     let cob_ids = CobIds::read(&mut table, kind, last);
     let capacity = if table.has("capacity") {
         table.require_in("capacity", 1..=Mapping::MAX_FIELDS as u8)
@@ -126,6 +138,12 @@ struct CobIds {
     kind: Kind,
     given: Option<Initial>,
     enabled: Option<bool>,
+}
+
+impl Kind {
+    pub(super) fn is_receive(self) -> bool {
+        self.direction == Direction::Receive
+    }
 }
 
 impl CobIds {

@@ -101,7 +101,7 @@ fn place(text: &str, span: &Span, objects: &Objects, report: &mut Report) -> Opt
         let help = "write index and sub-index in hexadecimal, such as `0x6040:00`".to_owned();
         report.error(span, format!("`{text}` is no entry"), help);
     }
-    address
+    address.map(|address| objects.of_axis(address))
 }
 
 /// The entry that `0x6040:00` stands for.

@@ -78,6 +78,8 @@ pub struct Generator {
     /// The last step may have come nearer to a limit than the shape of a profile does.
     is_near: bool,
     done: bool,
+    /// The cycle before this one had reached the goal already.
+    was_done: bool,
     limited: bool,
 }
 
@@ -112,6 +114,7 @@ impl Generator {
             ride: None,
             is_near: false,
             done: true,
+            was_done: true,
             limited: false,
         }
     }
@@ -197,7 +200,7 @@ impl Generator {
     /// reached its goal when it is at the target in time or has caught up since.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        self.done && self.stretch.is_none()
+        self.done && (self.was_done || self.stretch.is_none())
     }
 
     /// Whether a position limit has changed or stopped the motion since the last command.
@@ -293,7 +296,7 @@ impl Generator {
     fn take(&mut self, step: &Step, cycle: NonZeroU32, is_beyond: bool) {
         let is_blocked = step.is_cut || is_beyond;
         let before = core::mem::replace(&mut self.now, step.set_point);
-        self.done = step.is_done;
+        self.was_done = core::mem::replace(&mut self.done, step.is_done);
         self.limited |= is_blocked;
         if is_blocked && before.velocity == STANDSTILL && self.now.velocity == STANDSTILL {
             self.task = Task::Profile(Course::Stop);

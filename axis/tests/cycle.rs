@@ -133,3 +133,23 @@ fn a_new_place_ends_the_cycle() {
     generator.place(Position(7.0), Velocity(0.0));
     assert_eq!(run(&mut generator, 1).position, Position(7.0));
 }
+
+#[test]
+fn a_goal_that_is_reached_stays_reached_in_every_raster_step() {
+    let cycle = NonZeroU32::new(4).unwrap();
+    for goal in [Goal::MoveTo(Position(1_000.0)), Goal::RunAt(Velocity(5_000.0)), Goal::Stop] {
+        let mut generator = Generator::new(Period::MILLISECOND, Limits::default()).with_cycle(cycle);
+        let profile = Profile { velocity: Velocity(5_000.0), ..Profile::default() };
+        generator.command(goal, profile);
+        assert!(!generator.is_done());
+        let reached = (0..2_000).position(|_| {
+            generator.step();
+            generator.is_done()
+        });
+        assert!(reached.is_some_and(|step| step % 4 == 3), "with the end of a cycle: {reached:?}");
+        for _ in 0..100 {
+            generator.step();
+            assert!(generator.is_done(), "{goal:?}");
+        }
+    }
+}

@@ -217,7 +217,10 @@ impl Drive for AnalogDrive {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities { sleeps: self.plant.is_settled(), ..Capabilities::default() }
+        Capabilities {
+            sleeps: self.plant.is_settled() && !self.reader.is_pending(),
+            ..Capabilities::default()
+        }
     }
 
     fn rest(&mut self, seconds: f64) {

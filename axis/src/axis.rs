@@ -370,8 +370,12 @@ impl Axis {
         &self.guard
     }
 
-    /// Replaces what the axis does about trouble.
+    /// Replaces what the axis does about trouble. Other levels of the inputs are told at once.
     pub fn set_guard(&mut self, guard: Guard) {
+        if guard.levels != self.guard.levels {
+            self.sample.switches = guard.levels.read(&self.status.inputs);
+            self.status.switches = self.sample.switches;
+        }
         self.guard = guard;
     }
 
@@ -451,7 +455,9 @@ impl Axis {
         self.lead > 0 || is_pending || self.demand().velocity.0 != 0.0
     }
 
-    fn takes_orders(&self) -> bool {
+    /// Whether an order is taken now: there is power, and neither a fault nor the end of it under way.
+    #[must_use]
+    pub fn takes_orders(&self) -> bool {
         let is_leaving = matches!(self.task, Task::Brake { off: true });
         self.is_running() && self.power.is_ready() && self.status.fault.is_none() && !is_leaving
     }

@@ -147,9 +147,8 @@ impl StepDrive {
         }
     }
 
-    /// Turns from one place of the pulses to another.
+    /// Turns from one place of the motor to another, in steps.
     fn advance(&mut self, from: Position, to: Position, limit: TorqueLimit) {
-        let (from, to) = (self.motor_place(from), self.motor_place(to));
         let share = 1.0 / f64::from(self.inner_steps);
         let rate = (to - from).0 / self.period_seconds;
         // The torque of an inner step is that of its beginning, where rotor and field are known.
@@ -170,6 +169,15 @@ impl StepDrive {
     /// Where the motor is told to be at a place of the pulses.
     fn motor_place(&self, pulses: Position) -> Position {
         Position(self.sign * pulses.0) + self.motor_zero
+    }
+
+    /// The way of the motor while the pulses go from one place to another. The direct output is not reversed.
+    fn motor_way(&mut self, from: Position, to: Position, demand: &Demand) -> (Position, Position) {
+        let start = self.motor_place(from);
+        if self.sign < 0.0 && matches!(demand, Demand::Output(_)) {
+            self.motor_zero = self.motor_zero + (to - from) + (to - from);
+        }
+        (start, self.motor_place(to))
     }
 
     /// Takes the count of pulses, or reads the encoder; with an encoder also the latches.
@@ -203,6 +211,7 @@ impl Drive for StepDrive {
         };
         let to = self.pulses.place();
         self.way = to - from;
+        let (from, to) = self.motor_way(from, to, &command.demand);
         self.advance(from, to, if is_powered { command.torque_limit } else { TorqueLimit::default() });
         self.velocity = Velocity(self.way.0 / self.period_seconds);
         let latches = self.measure(self.output.steps);
@@ -258,7 +267,8 @@ impl Drive for StepDrive {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities { sleeps: self.plant.is_settled(), lead: self.lead, ..Capabilities::default() }
+        let sleeps = self.plant.is_settled() && !self.reader.is_pending();
+        Capabilities { sleeps, lead: self.lead, ..Capabilities::default() }
     }
 
     fn rest(&mut self, seconds: f64) {

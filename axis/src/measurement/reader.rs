@@ -42,6 +42,8 @@ pub(crate) struct Reader {
     /// The last word.
     word: u32,
     from_host: u32,
+    /// A word of the host was not read yet.
+    is_pending: bool,
 }
 
 impl Reader {
@@ -53,7 +55,15 @@ impl Reader {
             Source::Counter | Source::Own(..) | Source::Host(..) => own,
             Source::Elsewhere(config, _) => Sensor::new(config),
         };
-        Self { own, source, sensor, measurement: Measurement::new(config, scale), word: 0, from_host: 0 }
+        Self {
+            own,
+            source,
+            sensor,
+            measurement: Measurement::new(config, scale),
+            word: 0,
+            from_host: 0,
+            is_pending: false,
+        }
     }
 
     /// Reads from another source from now on; nothing has been read of it yet.
@@ -73,6 +83,12 @@ impl Reader {
     /// Takes a word of the host.
     pub(crate) fn supply(&mut self, word: u32) {
         self.from_host = word;
+        self.is_pending = true;
+    }
+
+    /// Whether a word of the host was not read yet.
+    pub(crate) fn is_pending(&self) -> bool {
+        self.is_pending
     }
 
     /// Where the axis is while the encoder of the plant shows `place`.
@@ -81,6 +97,7 @@ impl Reader {
     /// An absolute value outside of the counting range.
     pub(crate) fn read(&mut self, place: Position) -> Result<Position, OutOfRange> {
         self.word = self.word_at(place);
+        self.is_pending = false;
         self.measurement.update(self.word).map(|place| Position(place as f64))
     }
 

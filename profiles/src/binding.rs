@@ -301,12 +301,24 @@ bindings! {
     JvlInputSetup = "jvl_input_setup",
     /// JVL 0x2011:08: setup of the module.
     JvlSetup = "jvl_setup",
+    /// An instruction of a MAC4 axis; the sub-index is its code.
+    Mac4Instruction = "mac4_instruction",
+    /// What the axes of a MAC4 card share: messages, stop bits, overall status.
+    Mac4Card = "mac4_card",
 }
 
 /// A name that no behaviour has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("there is no such behaviour")]
 pub struct UnknownBinding;
+
+impl Binding {
+    /// Whether any number of entries of an axis may have the behaviour: those of a whole record.
+    #[must_use]
+    pub fn is_of_record(self) -> bool {
+        matches!(self, Self::Mac4Instruction | Self::Mac4Card)
+    }
+}
 
 impl FromStr for Binding {
     type Err = UnknownBinding;

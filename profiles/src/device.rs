@@ -1,5 +1,6 @@
 //! A device: one object dictionary and the axes behind it.
 
+mod card;
 mod plant;
 mod storage;
 mod unit;
@@ -11,8 +12,9 @@ use axis::{Plant, PlantConfig, Position, Velocity, Voltage};
 use od::{Dictionary, Instant, Slot};
 
 use crate::cia402::{Fault, Mode, State, Statusword};
+use crate::mac4::Card;
 use crate::simulated::Simulated;
-use crate::{Binding, PlantSetup, Profile};
+use crate::{Binding, Dialect, PlantSetup, Profile};
 
 use storage::Storing;
 use unit::Unit;
@@ -57,6 +59,8 @@ pub struct Device {
     /// What every slot is bound to, sorted.
     bound: Vec<(Slot, u8, Binding)>,
     units: Vec<Unit>,
+    /// What the axes of a MAC4 card share.
+    card: Option<Card>,
     events: VecDeque<DeviceEvent>,
     /// What is being stored on the device's own order.
     storing: Option<Storing>,
@@ -94,17 +98,22 @@ impl Device {
         bound.sort_unstable();
         let axes = profile.motor.iter().flat_map(|motor| (0..profile.axes()).map(move |axis| (axis, motor)));
         let unit = |(axis, motor)| {
-            let mut drive = Simulated::of(motor);
+            let mut drive = Simulated::of(motor, profile.dialect);
             arrange(axis, drive.plant());
             Unit::new(&profile, motor, drive, &schema, axis, now)
         };
         let units = axes.map(unit).collect();
         let dictionary = Dictionary::new(schema, node_id);
+        let card = match profile.dialect {
+            Dialect::Cia402 | Dialect::Jvl => None,
+            Dialect::Mac4(_) => Some(Card::default()),
+        };
         let mut device = Self {
             profile,
             dictionary,
             bound,
             units,
+            card,
             events: VecDeque::new(),
             storing: None,
             dropped_steps: 0,
@@ -132,6 +141,9 @@ impl Device {
 
     /// Acts on what buses have written. Parameters act before the controlword of the same batch.
     pub fn apply(&mut self, now: Instant) {
+        if self.dictionary.has_written() {
+            self.confirm();
+        }
         while let Some(slot) = self.dictionary.take_written() {
             self.profile.registers.normalise(&mut self.dictionary, slot);
             if let Some(role) = self.profile.registers.role_of(slot)
@@ -141,7 +153,10 @@ impl Device {
             }
             let Ok(position) = self.bound.binary_search_by_key(&slot, |(bound, ..)| *bound) else { continue };
             let Some((_, axis, binding)) = self.bound.get(position) else { continue };
-            if let Some(unit) = self.units.get_mut(usize::from(*axis)) {
+            if *binding == Binding::Mac4Card {
+                let address = self.dictionary.schema().address(slot);
+                address.into_iter().for_each(|address| self.note_card(address));
+            } else if let Some(unit) = self.units.get_mut(usize::from(*axis)) {
                 unit.note(slot, *binding);
             }
         }
@@ -149,6 +164,7 @@ impl Device {
         for unit in &mut self.units {
             has_acted |= unit.act(&mut self.dictionary, now);
         }
+        has_acted |= self.act_card(now);
         if has_acted {
             self.grant_wishes(now);
             self.publish();
@@ -163,6 +179,7 @@ impl Device {
             self.dropped_steps += advanced.dropped;
             has_stepped |= advanced.has_stepped;
         }
+        self.watch_card(now);
         if has_stepped {
             self.grant_wishes(now);
             self.publish();
@@ -186,6 +203,7 @@ impl Device {
         self.dictionary.reset();
         self.profile.registers.refresh(&mut self.dictionary);
         self.events.clear();
+        self.card = self.card.take().map(|_| Card::default());
         for unit in &mut self.units {
             unit.reset(&mut self.dictionary, now);
         }
@@ -267,6 +285,7 @@ impl Device {
     }
 
     fn publish(&mut self) {
+        self.show_card();
         for unit in &mut self.units {
             unit.publish(&mut self.dictionary);
         }

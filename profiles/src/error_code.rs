@@ -7,7 +7,7 @@ use crate::Dialect;
 #[must_use]
 pub fn error_text(code: u16, dialect: Dialect) -> &'static str {
     let own = match dialect {
-        Dialect::Cia402 => None,
+        Dialect::Cia402 | Dialect::Mac4(_) => None,
         Dialect::Jvl => find(&JVL, code),
     };
     let groups = [0xFFFF, 0xFFF0, 0xFF00, 0xF000].map(|mask| code & mask);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use od::{Address, Object, Schema, SchemaError};
 
 use crate::profile::Dialect;
-use crate::{Diagnostics, MotorData, Profile, RegisterFile, Report, Span};
+use crate::{CardType, Diagnostics, MotorData, Profile, RegisterFile, Report, Span};
 
 mod base;
 pub(crate) mod default;
@@ -43,7 +43,7 @@ fn read(mut file: Table<'_, '_>, motor: Option<&str>, data: &MotorData) -> Optio
     let description = file.require::<&str>("description");
     let vendor = file.require::<&str>("vendor");
     let product = file.require::<&str>("product");
-    let dialect = file.word("dialect", dialect, ["cia402", "jvl"]).map(|d| *d.get_ref());
+    let dialect = file.word("dialect", dialect, DIALECTS.map(|(word, _)| word)).map(|d| *d.get_ref());
     let motors = motors::read(&mut file, motor, data);
 
     let chosen = motors.as_ref().and_then(|motors| motors.chosen.as_ref());
@@ -92,12 +92,17 @@ fn read(mut file: Table<'_, '_>, motor: Option<&str>, data: &MotorData) -> Optio
     })
 }
 
+/// The words for them.
+const DIALECTS: [(&str, Dialect); 5] = [
+    ("cia402", Dialect::Cia402),
+    ("jvl", Dialect::Jvl),
+    ("mac4-inc", Dialect::Mac4(CardType::Inc)),
+    ("mac4-ssi", Dialect::Mac4(CardType::Ssi)),
+    ("mac4-stp", Dialect::Mac4(CardType::Stp)),
+];
+
 fn dialect(word: &str) -> Option<Dialect> {
-    match word {
-        "cia402" => Some(Dialect::Cia402),
-        "jvl" => Some(Dialect::Jvl),
-        _ => None,
-    }
+    DIALECTS.iter().find(|(known, _)| *known == word).map(|(_, dialect)| *dialect)
 }
 
 fn schema(objects: Vec<Object>, spans: &HashMap<Address, Span>, report: &mut Report) -> Option<Schema> {

@@ -1,5 +1,6 @@
 //! A device profile, ready to build devices from.
 
+use core::num::NonZeroU32;
 use core::ops::RangeInclusive;
 use std::sync::Arc;
 
@@ -8,8 +9,8 @@ use od::{AbortCode, Address, DataType, Initial, PdoTraits, Schema, Value, Veto, 
 use crate::cia402::units::factors;
 use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
 use crate::{
-    Binding, Diagnostics, Mode, Motor, MotorData, Register, RegisterFile, RegisterList, Role, Space, file,
-    jvl,
+    Binding, CardType, Diagnostics, Mode, Motor, MotorData, Register, RegisterFile, RegisterList, Role, Space,
+    file, jvl, mac4,
 };
 
 /// Who a device says it is (0x1018; CiA 301 v4.2, section 7.5.2.21); what is `None` stays as its profile has it.
@@ -94,6 +95,19 @@ pub enum Dialect {
     Cia402,
     /// JVL's CANopen modules.
     Jvl,
+    /// MACCON's MAC4 axis controllers.
+    Mac4(CardType),
+}
+
+/// The text of a MAC4 card: its head, what all cards have, and the parts that it has.
+macro_rules! mac4 {
+    ($head:literal, $($part:literal),+) => {
+        concat!(
+            include_str!(concat!("../devices/maccon-mac4/", $head, ".toml")),
+            include_str!("../devices/maccon-mac4/card.toml"),
+            $(include_str!(concat!("../devices/maccon-mac4/", $part, ".toml")),)+
+        )
+    };
 }
 
 /// When a device takes and gives its process data.
@@ -107,13 +121,26 @@ pub enum Timing {
 }
 
 /// The profiles that come with the program: name and text.
-const SHIPPED: [(&str, &str); 5] = [
+const SHIPPED: [(&str, &str); 8] = [
     ("canopen-reference", include_str!("../devices/canopen-reference.toml")),
     ("cia402-servo", include_str!("../devices/cia402-servo.toml")),
     ("jvl-mac00-fc2", include_str!("../devices/jvl-mac00-fc2.toml")),
     ("jvl-mac00-fc4", include_str!("../devices/jvl-mac00-fc4.toml")),
     ("jvl-mis34x", include_str!("../devices/jvl-mis34x.toml")),
+    ("maccon-mac4-inc", mac4!("inc", "servo")),
+    ("maccon-mac4-ssi", mac4!("ssi", "servo", "sensor")),
+    ("maccon-mac4-stp", mac4!("stp", "stepper")),
 ];
+
+impl Dialect {
+    /// Raster steps in a cycle of the profile generator.
+    pub(crate) fn generator_cycle(self) -> NonZeroU32 {
+        match self {
+            Self::Cia402 | Self::Jvl => NonZeroU32::MIN,
+            Self::Mac4(_) => NonZeroU32::new(mac4::CYCLE).unwrap_or(NonZeroU32::MIN),
+        }
+    }
+}
 
 impl Profile {
     /// Names of the profiles that come with the program, sorted.
@@ -160,7 +187,8 @@ impl Profile {
         let is_stepper = self.motor.as_ref().is_some_and(|motor| motor.stepper().is_some());
         let mut application = Arc::unwrap_or_clone(self.application);
         for bound in &self.bindings {
-            if let Some(veto) = veto(bound.binding, self.dialect, is_stepper) {
+            let veto = own_veto(bound).or_else(|| veto(bound.binding, self.dialect, is_stepper));
+            if let Some(veto) = veto {
                 application.set_veto(bound.address, veto);
             }
         }
@@ -275,19 +303,25 @@ impl Profile {
     }
 }
 
+/// What an entry itself objects to, among those that share a behaviour.
+fn own_veto(bound: &Bound) -> Option<Veto> {
+    if bound.binding == Binding::Mac4Instruction { mac4::veto(bound.address) } else { None }
+}
+
 /// What a drive of this dialect objects to at `binding`: what it does not have, what the standard reserves, and
 /// fractions with a zero.
 fn veto(binding: Binding, dialect: Dialect, is_stepper: bool) -> Option<Veto> {
-    use Dialect::{Cia402, Jvl};
+    use Dialect::{Cia402, Jvl, Mac4};
     match (binding, dialect) {
-        (Binding::ModesOfOperation, Cia402) => Some(|_, _, raw| check_mode(raw, Cia402)),
+        (Binding::Controlword, Mac4(_)) => Some(mac4::check_controlword),
+        (Binding::ModesOfOperation, Cia402 | Mac4(_)) => Some(|_, _, raw| check_mode(raw, Cia402)),
         (Binding::ModesOfOperation, Jvl) => Some(|_, _, raw| check_mode(raw, Jvl)),
-        (Binding::HomingMethod, Cia402) => Some(|_, _, raw| check_method(raw, Cia402)),
+        (Binding::HomingMethod, Cia402 | Mac4(_)) => Some(|_, _, raw| check_method(raw, Cia402)),
         (Binding::HomingMethod, Jvl) if is_stepper => {
             Some(|_, _, raw| check(jvl::is_stepper_homing(i64::from(raw as u8 as i8))))
         }
         (Binding::HomingMethod, Jvl) => Some(|_, _, raw| check_method(raw, Jvl)),
-        (Binding::MotionProfileType, Cia402) => {
+        (Binding::MotionProfileType, Cia402 | Mac4(_)) => {
             Some(|_, _, raw| check([LINEAR, JERK_LIMITED].contains(&i64::from(raw as u16 as i16))))
         }
         (Binding::MotionProfileType, Jvl) => Some(|_, _, raw| check(LINEAR == i64::from(raw as u16 as i16))),

@@ -3,11 +3,12 @@
 use core::num::NonZeroU32;
 
 use axis::{
-    DcLink, Drive, Load, Overload, Period, PlantConfig, Scale, SensorConfig, ServoConfig, SimulatedServo,
-    StepConfig, StepDrive, StepFeedback, StepperConfig, Supply, Temperature, Thermal, Torque, Voltage,
+    AnalogConfig, AnalogDrive, DcLink, Drive, Load, Overload, Period, PlantConfig, Scale, SensorConfig,
+    ServoConfig, SimulatedServo, StepConfig, StepDrive, StepFeedback, StepperConfig, Supply, Temperature,
+    Thermal, Torque, Voltage,
 };
 
-use crate::{Motor, MotorKind, StepperMotor};
+use crate::{Dialect, Motor, MotorKind, StepperMotor, mac4};
 
 /// At this temperature of the motor the drive trips.
 pub(crate) const HOTTEST: Temperature = Temperature(100.0);
@@ -35,15 +36,20 @@ const HIGH: Supply = Supply {
 /// The simulated drive of a motor, before it is built.
 pub(crate) enum Simulated {
     Servo(ServoConfig),
+    Analog(AnalogConfig),
     Stepper(StepConfig),
 }
 
 impl Simulated {
-    /// The drive of a motor with a load as heavy as the rotor, and friction of a hundredth of the rated torque.
-    pub(crate) fn of(motor: &Motor) -> Self {
-        match &motor.kind {
-            MotorKind::Servo => Self::Servo(servo(motor)),
-            MotorKind::Stepper(stepper) => Self::Stepper(step_drive(motor, stepper)),
+    /// The drive of a motor with a load as heavy as the rotor, and friction of a hundredth of the rated torque; on a card
+    /// of the MAC4 what that has at its outputs.
+    pub(crate) fn of(motor: &Motor, dialect: Dialect) -> Self {
+        match (dialect, &motor.kind) {
+            (Dialect::Mac4(card), _) => mac4::simulated(card, motor),
+            (Dialect::Cia402 | Dialect::Jvl, MotorKind::Servo) => Self::Servo(servo(motor)),
+            (Dialect::Cia402 | Dialect::Jvl, MotorKind::Stepper(stepper)) => {
+                Self::Stepper(step_drive(motor, stepper))
+            }
         }
     }
 
@@ -51,6 +57,7 @@ impl Simulated {
     pub(crate) fn plant(&mut self) -> &mut PlantConfig {
         match self {
             Self::Servo(config) => &mut config.plant,
+            Self::Analog(config) => &mut config.plant,
             Self::Stepper(config) => &mut config.plant,
         }
     }
@@ -59,6 +66,7 @@ impl Simulated {
     pub(crate) fn build(self, period: Period) -> Box<dyn Drive> {
         match self {
             Self::Servo(config) => Box::new(SimulatedServo::new(period, config)),
+            Self::Analog(config) => Box::new(AnalogDrive::new(period, config)),
             Self::Stepper(config) => Box::new(StepDrive::new(period, config)),
         }
     }
@@ -99,7 +107,7 @@ fn step_drive(motor: &Motor, stepper: &StepperMotor) -> StepConfig {
 }
 
 /// What every plant has.
-fn plant(motor: &Motor) -> PlantConfig {
+pub(crate) fn plant(motor: &Motor) -> PlantConfig {
     PlantConfig {
         counts_per_revolution: motor.counts_per_revolution,
         rated_torque_nm: motor.rated_torque_nm,

@@ -5,12 +5,12 @@
 use std::collections::VecDeque;
 
 use axis::{Axis, Velocity, Voltage};
-use od::{Dictionary, Slot};
+use od::{Dictionary, Schema, Slot};
 
 use crate::cia402::units::Units;
 use crate::cia402::{AbortConnection, Context, Drive402, SetPoints, View};
 use crate::slots::{Parameters, Slots};
-use crate::{Binding, Dialect, Fault, Motor, RegisterFile, Role, Space, jvl};
+use crate::{Binding, Dialect, Fault, Motor, RegisterFile, Role, Space, jvl, mac4};
 
 /// The vocabulary of one axis.
 #[derive(Debug)]
@@ -19,6 +19,8 @@ pub(crate) enum Vendor {
     None,
     /// JVL's modules and motors.
     Jvl(jvl::Module),
+    /// MACCON's axis controllers.
+    Mac4(Box<mac4::Controller>),
 }
 
 /// What a vocabulary works with.
@@ -111,26 +113,50 @@ impl Scope<'_> {
 }
 
 impl Vendor {
-    pub(crate) fn new(dialect: Dialect, motor: &Motor) -> Self {
+    pub(crate) fn new(dialect: Dialect, motor: &Motor, schema: &Schema, axis: u8) -> Self {
         match dialect {
             Dialect::Cia402 => Self::None,
             Dialect::Jvl => Self::Jvl(jvl::Module::new(motor)),
+            Dialect::Mac4(card) => Self::Mac4(Box::new(mac4::Controller::new(card, schema, axis))),
+        }
+    }
+
+    /// After power-on.
+    pub(crate) fn start(&mut self, scope: &mut Scope<'_>) {
+        match self {
+            Self::None | Self::Jvl(_) => {}
+            Self::Mac4(controller) => controller.start(scope),
+        }
+    }
+
+    /// Whether this vocabulary alone commands the axis, so that CiA 402 only looks on.
+    pub(crate) fn has_axis(&self) -> bool {
+        match self {
+            Self::None | Self::Jvl(_) => false,
+            Self::Mac4(controller) => controller.has_axis(),
         }
     }
 
     /// Notes that a bus has written the entry at `slot`, which is bound to `binding`; whether that is for this
     /// vocabulary alone.
-    pub(crate) fn note(&mut self, _slot: Slot, binding: Binding) -> bool {
+    pub(crate) fn note(&mut self, slot: Slot, binding: Binding) -> bool {
         match self {
             Self::None => false,
             Self::Jvl(module) => module.note(binding),
+            Self::Mac4(controller) => {
+                let is_own = binding == Binding::Mac4Instruction;
+                if is_own {
+                    controller.note(slot);
+                }
+                is_own
+            }
         }
     }
 
     /// Notes that a bus has written the register with this role.
     pub(crate) fn note_register(&mut self, role: Role) {
         match self {
-            Self::None => {}
+            Self::None | Self::Mac4(_) => {}
             Self::Jvl(module) => module.note_register(role),
         }
     }
@@ -140,13 +166,14 @@ impl Vendor {
         match self {
             Self::None => false,
             Self::Jvl(module) => module.runs_axis(),
+            Self::Mac4(controller) => controller.has_axis(),
         }
     }
 
     /// Whether the motor turns the other way round, so that positions and velocities count so.
     pub(crate) fn turns_back(&self, registers: &RegisterFile, dictionary: &Dictionary) -> bool {
         match self {
-            Self::None => false,
+            Self::None | Self::Mac4(_) => false,
             Self::Jvl(module) => module.turns_back(registers, dictionary),
         }
     }
@@ -154,7 +181,7 @@ impl Vendor {
     /// Whether a limit switch that is met is an error for the CiA 402 drive, if its dialect says so.
     pub(crate) fn minds_limit_switches(&self) -> bool {
         match self {
-            Self::None => true,
+            Self::None | Self::Mac4(_) => true,
             Self::Jvl(module) => module.minds_limit_switches(),
         }
     }
@@ -164,6 +191,7 @@ impl Vendor {
         match self {
             Self::None => {}
             Self::Jvl(module) => module.lose_master(reaction, holds, scope),
+            Self::Mac4(controller) => controller.lose_master(reaction, scope),
         }
     }
 
@@ -172,13 +200,14 @@ impl Vendor {
         match self {
             Self::None => {}
             Self::Jvl(module) => module.shut_down(scope),
+            Self::Mac4(controller) => controller.shut_down(scope),
         }
     }
 
     /// Whether it shows something that changes while the axis is off and at rest, such as a temperature or the time.
     pub(crate) fn is_changing(&self) -> bool {
         match self {
-            Self::None => false,
+            Self::None | Self::Mac4(_) => false,
             Self::Jvl(module) => module.is_changing(),
         }
     }
@@ -186,7 +215,7 @@ impl Vendor {
     /// Lets time pass in which the axis slept.
     pub(crate) fn rest(&mut self, seconds: f64) {
         match self {
-            Self::None => {}
+            Self::None | Self::Mac4(_) => {}
             Self::Jvl(module) => module.rest(seconds),
         }
     }
@@ -194,7 +223,7 @@ impl Vendor {
     /// Starts the motor anew; its registers have their power-on values.
     pub(crate) fn restart(&mut self, scope: &mut Scope<'_>) {
         match self {
-            Self::None => {}
+            Self::None | Self::Mac4(_) => {}
             Self::Jvl(module) => module.restart(scope),
         }
     }
@@ -202,7 +231,7 @@ impl Vendor {
     /// The next thing that the device is to do.
     pub(crate) fn poll_wish(&mut self) -> Option<Wish> {
         match self {
-            Self::None => None,
+            Self::None | Self::Mac4(_) => None,
             Self::Jvl(module) => module.poll_wish(),
         }
     }
@@ -212,6 +241,7 @@ impl Vendor {
         match self {
             Self::None => {}
             Self::Jvl(module) => module.act(scope),
+            Self::Mac4(controller) => controller.act(scope),
         }
     }
 
@@ -220,13 +250,14 @@ impl Vendor {
         match self {
             Self::None => {}
             Self::Jvl(module) => module.step(scope),
+            Self::Mac4(controller) => controller.step(scope),
         }
     }
 
     /// Notes that PDOs come too fast for the device, or that none waits any more.
     pub(crate) fn set_overflow(&mut self, has_overflowed: bool) {
         match self {
-            Self::None => {}
+            Self::None | Self::Mac4(_) => {}
             Self::Jvl(module) => module.set_overflow(has_overflowed),
         }
     }
@@ -234,7 +265,7 @@ impl Vendor {
     /// An error that stands beside the fault of the drive.
     pub(crate) fn error(&self) -> Option<Fault> {
         match self {
-            Self::None => None,
+            Self::None | Self::Mac4(_) => None,
             Self::Jvl(module) => module.error(),
         }
     }
@@ -244,13 +275,14 @@ impl Vendor {
         match self {
             Self::None => {}
             Self::Jvl(module) => module.show(scope),
+            Self::Mac4(controller) => controller.show(scope),
         }
     }
 
     /// What the digital outputs give, `standard` being what 0x60FE says.
     pub(crate) fn outputs(&self, drive: &Drive402, view: View<'_>, standard: u32) -> u32 {
         match self {
-            Self::None => standard,
+            Self::None | Self::Mac4(_) => standard,
             Self::Jvl(module) => module.outputs(drive, view, standard),
         }
     }

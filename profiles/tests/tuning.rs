@@ -4,15 +4,16 @@ use axis::{
     Command, Demand, Drive, DriveState, Feedback, Load, Period, PlantConfig, Position, ServoConfig, SetPoint,
     SimulatedServo, Torque, TorqueLimit, Velocity,
 };
-use profiles::{Motor, MotorKind, Profile};
+use profiles::{Dialect, Motor, MotorKind, Profile};
 
 const RATIOS: [f64; 6] = [0.0, 0.5, 1.0, 2.0, 5.0, 10.0];
 
-/// The servo motors: a stepper is driven otherwise.
+/// The servo motors: a stepper is driven otherwise, and one on a controller card is tuned by its parameters.
 fn shipped_motors() -> Vec<Motor> {
     let shipped = |name, motor: Option<&str>| Profile::embedded(name, motor).unwrap().unwrap();
     let named = |name| shipped(name, None).motors.into_iter().map(move |motor| shipped(name, Some(&motor)));
-    let motors = Profile::names().flat_map(named).filter_map(|profile| profile.motor);
+    let is_tuned = |profile: &Profile| !matches!(profile.dialect, Dialect::Mac4(_));
+    let motors = Profile::names().flat_map(named).filter(is_tuned).filter_map(|profile| profile.motor);
     motors.filter(|motor| matches!(motor.kind, MotorKind::Servo)).collect()
 }
 

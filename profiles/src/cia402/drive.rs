@@ -184,6 +184,21 @@ impl Drive402 {
         }
     }
 
+    /// Looks on after a raster step of an axis that somebody else commands: its faults are those of the drive, too.
+    pub(crate) fn look_on(&mut self, context: &mut Context<'_>) {
+        self.watch_axis(context);
+        if let Some(transition) = self.automatic(context) {
+            self.perform(transition, context);
+        }
+    }
+
+    /// Resets a fault because somebody else was told to.
+    pub(crate) fn acknowledge(&mut self, context: &mut Context<'_>) {
+        if self.state == State::Fault {
+            self.reset_fault(context);
+        }
+    }
+
     /// Follows the axis after a raster step.
     pub(crate) fn step(&mut self, context: &mut Context<'_>) {
         self.watch(context);
@@ -345,6 +360,18 @@ impl Drive402 {
 
     /// Looks for faults after a raster step, and whether one that was reset is gone.
     fn watch(&mut self, context: &mut Context<'_>) {
+        if self.watch_axis(context) {
+            return;
+        }
+        if self.speed.step(context) {
+            self.raise(Fault::over_speed(self.dialect), context);
+        } else if self.meets_limit_switch(context) {
+            self.raise(Fault::limit_switch(), context);
+        }
+    }
+
+    /// Looks for a fault of the axis; whether there is one.
+    fn watch_axis(&mut self, context: &mut Context<'_>) -> bool {
         let cause = context.axis.status().fault;
         *context.is_referenced &= !cause.is_some_and(loses_reference);
         let fault = cause.map(|fault| Fault::new(fault, self.dialect));
@@ -357,11 +384,8 @@ impl Drive402 {
         }
         if let Some(fault) = fault {
             self.raise(fault, context);
-        } else if self.speed.step(context) {
-            self.raise(Fault::over_speed(self.dialect), context);
-        } else if self.meets_limit_switch(context) {
-            self.raise(Fault::limit_switch(), context);
         }
+        fault.is_some()
     }
 
     /// Whether a limit switch has just been met that is an error: with JVL's modules, unless they look for it.
@@ -507,7 +531,7 @@ impl Drive402 {
     /// Whether the mode may change while the drive operates.
     fn may_change_to(&self, requested: Mode) -> bool {
         match self.dialect {
-            Dialect::Cia402 => true,
+            Dialect::Cia402 | Dialect::Mac4(_) => true,
             Dialect::Jvl => requested == Mode::ProfilePosition && self.mode.is_homed(),
         }
     }

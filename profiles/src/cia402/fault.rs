@@ -73,7 +73,7 @@ impl Fault {
 
     fn told(code: u16, register: u8, dialect: Dialect) -> Self {
         match dialect {
-            Dialect::Cia402 => Self { code, register, detail: [0; 5] },
+            Dialect::Cia402 | Dialect::Mac4(_) => Self { code, register, detail: [0; 5] },
             // "Generic error - Motor error", whatever it is (module manual, section 4.3.18).
             Dialect::Jvl => Self { code: 0x1001, register: 0, detail: [0; 5] },
         }

@@ -91,7 +91,7 @@ fn software_limits(parameters: Parameters<'_>, dialect: Dialect) -> Option<Posit
     let min = parameters.get(Binding::MinPositionLimit)?;
     let max = parameters.get(Binding::MaxPositionLimit)?;
     let offset = match dialect {
-        Dialect::Cia402 => parameters.or(Binding::HomeOffset, 0),
+        Dialect::Cia402 | Dialect::Mac4(_) => parameters.or(Binding::HomeOffset, 0),
         Dialect::Jvl => 0,
     };
     parameters.units.range(min, max, offset)

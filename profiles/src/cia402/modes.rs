@@ -110,6 +110,8 @@ impl Mode {
     pub fn is_in(self, dialect: Dialect) -> bool {
         match dialect {
             Dialect::Cia402 => true,
+            // Neither the amplifier nor the pulses take a torque.
+            Dialect::Mac4(_) => !matches!(self, Self::ProfileTorque | Self::CyclicTorque),
             Dialect::Jvl => {
                 matches!(self, Self::None | Self::ProfilePosition | Self::ProfileVelocity | Self::Homing)
             }

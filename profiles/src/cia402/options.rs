@@ -78,7 +78,7 @@ pub(crate) fn halt_ramp(parameters: Parameters<'_>) -> Ramp {
 /// of 0x2011:08 instead.
 pub(crate) fn fault_ramp(parameters: Parameters<'_>, dialect: Dialect) -> Option<Ramp> {
     let assumed = match dialect {
-        Dialect::Cia402 => 2,
+        Dialect::Cia402 | Dialect::Mac4(_) => 2,
         Dialect::Jvl => i64::from(jvl::stops_on_error(parameters)),
     };
     match parameters.or(Binding::FaultReactionOption, assumed) {
@@ -96,7 +96,7 @@ pub(crate) fn guard_axis(context: &mut Context<'_>) {
     let reaction = if ramp.is_some() { Reaction::Brake } else { Reaction::Coast };
     let guard = Guard {
         levels: match context.dialect {
-            Dialect::Cia402 => context.axis.guard().levels,
+            Dialect::Cia402 | Dialect::Mac4(_) => context.axis.guard().levels,
             Dialect::Jvl => jvl::levels(context.parameters),
         },
         emergency_deceleration: ramp.unwrap_or(Ramp::QuickStop).rate(context),

@@ -20,7 +20,7 @@ impl Device {
     pub fn inject(&mut self, now: Instant, axis: usize, fault: PlantFault) -> Result<(), NoPlant> {
         let unit = self.units.get_mut(axis).ok_or(NoPlant)?;
         unit.axis.plant().ok_or(NoPlant)?.inject(fault.0);
-        unit.wake(now);
+        unit.schedule(now);
         Ok(())
     }
 
@@ -38,7 +38,7 @@ impl Device {
                 broken.into_iter().for_each(|fault| plant.clear(fault));
             }
         }
-        unit.wake(now);
+        unit.schedule(now);
         Ok(())
     }
 

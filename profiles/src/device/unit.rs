@@ -1,5 +1,6 @@
 //! One axis of a device with its drive and its place in the dictionary.
 
+mod foreign;
 mod show;
 
 use std::sync::Arc;
@@ -59,9 +60,13 @@ pub(super) struct Unit {
     position_factor: PositionFactor,
     dialect: Dialect,
     motor: Motor,
+    /// Number of the axis, from 0 on.
+    number: u8,
     pub(super) axis: Axis,
     pub(super) drive: Drive402,
     pub(super) vendor: Vendor,
+    /// The vendor's vocabulary commands the axis.
+    is_foreign: bool,
     /// The axis knows its home position.
     is_referenced: bool,
     touch_probe: TouchProbe,
@@ -101,6 +106,7 @@ impl Unit {
         now: Instant,
     ) -> Self {
         let period = Period::from_nanos(motor.raster_ns).unwrap_or(Period::MILLISECOND);
+        let (cycle, limits) = (profile.dialect.generator_cycle(), crate::cia402::limits_of(motor));
         Self {
             slots: Slots::new(schema, &profile.bindings, axis),
             registers: Arc::clone(&profile.registers),
@@ -108,9 +114,11 @@ impl Unit {
             position_factor: PositionFactor::default(),
             dialect: profile.dialect,
             motor: motor.clone(),
-            axis: Axis::new(period, crate::cia402::limits_of(motor), drive.build(period)),
+            number: axis,
+            axis: Axis::with_generator_cycle(period, cycle, limits, drive.build(period)),
             drive: Drive402::new(profile.dialect),
-            vendor: Vendor::new(profile.dialect, motor),
+            vendor: Vendor::new(profile.dialect, motor, schema, axis),
+            is_foreign: false,
             is_referenced: false,
             touch_probe: TouchProbe::default(),
             analog_input: Voltage(0.0),
@@ -172,17 +180,21 @@ impl Unit {
         if written.factors {
             self.rescale(dictionary);
         }
+        let is_foreign = self.is_foreign;
         let (drive, touch_probe, mut context) = self.split(dictionary);
-        if written.factors {
+        if written.factors && !is_foreign {
             drive.handle_units(&mut context);
         }
         if written.parameters {
-            drive.handle_parameters(&mut context);
+            if !is_foreign {
+                drive.handle_parameters(&mut context);
+            }
             touch_probe.update(context.parameters);
         }
         if written.vendor || written.parameters || written.factors {
             let (vendor, mut scope) = self.scope(dictionary);
             vendor.act(&mut scope);
+            self.hand_over(dictionary);
         }
         if written.controlword {
             let (drive, _, mut context) = self.split(dictionary);
@@ -223,11 +235,17 @@ impl Unit {
         }
         self.axis.step();
         self.stepped = due;
+        let is_foreign = self.is_foreign;
         let (drive, touch_probe, mut context) = self.split(dictionary);
         touch_probe.step(context.parameters, context.axis.status());
-        drive.step(&mut context);
+        if is_foreign {
+            drive.look_on(&mut context);
+        } else {
+            drive.step(&mut context);
+        }
         let (vendor, mut scope) = self.scope(dictionary);
         vendor.step(&mut scope);
+        self.hand_over(dictionary);
     }
 
     /// Back to power-on; the axis keeps its place and coasts.
@@ -235,7 +253,8 @@ impl Unit {
         self.axis.power_off();
         self.axis.reset_fault();
         self.drive = Drive402::new(self.dialect);
-        self.vendor = Vendor::new(self.dialect, &self.motor);
+        self.vendor = Vendor::new(self.dialect, &self.motor, dictionary.schema(), self.number);
+        self.is_foreign = false;
         self.is_referenced = false;
         self.touch_probe = TouchProbe::default();
         self.shown_fault = None;
@@ -243,6 +262,8 @@ impl Unit {
         self.written = Written::default();
         self.set_points = SetPoints::empty();
         self.read_units(dictionary);
+        let (vendor, mut scope) = self.scope(dictionary);
+        vendor.start(&mut scope);
         let (drive, _, mut context) = self.split(dictionary);
         drive.handle_parameters(&mut context);
         self.schedule(now);

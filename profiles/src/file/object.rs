@@ -386,7 +386,8 @@ impl Builder<'_, '_> {
 
     fn bind(&mut self, bound: Bound, data_type: DataType, span: &Span, report: &mut Report) {
         let name = bound.binding.name();
-        let same = |other: &&Bound| other.axis == bound.axis && other.binding == bound.binding;
+        let is_single = !bound.binding.is_of_record();
+        let same = |other: &&Bound| is_single && other.axis == bound.axis && other.binding == bound.binding;
         if let Some(other) = self.objects.bindings.iter().find(same) {
             report.error(span, format!("`{name}` is bound to {} already", other.address), None);
         }

@@ -168,7 +168,7 @@ impl Homing {
         axis.set_position(axis.status().actual.position - mark + home);
         *context.is_referenced = true;
         let end = match dialect {
-            Dialect::Cia402 => home,
+            Dialect::Cia402 | Dialect::Mac4(_) => home,
             Dialect::Jvl => parameters.units.position(0, ORIGIN),
         };
         go_to(end, context);

@@ -82,7 +82,7 @@ impl Units {
             ..Self::default()
         };
         match dialect {
-            Dialect::Cia402 => Self {
+            Dialect::Cia402 | Dialect::Mac4(_) => Self {
                 position: ratio(&[POSITION_ENCODER, GEAR, SHAFT]),
                 velocity: ratio(&[VELOCITY_ENCODER, GEAR, SHAFT, VELOCITY]),
                 acceleration: ratio(&[VELOCITY_ENCODER, GEAR, SHAFT, ACCELERATION]),

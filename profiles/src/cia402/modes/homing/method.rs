@@ -141,7 +141,7 @@ fn by_switch(number: i64, index: bool) -> Option<Method> {
 /// four of their own.
 pub(crate) fn is_method(number: i64, dialect: Dialect) -> bool {
     let is_offered = match dialect {
-        Dialect::Cia402 => number > 0,
+        Dialect::Cia402 | Dialect::Mac4(_) => number > 0,
         Dialect::Jvl => (-4..=34).contains(&number) && !(1..=2).contains(&number),
     };
     number == 0 || (is_offered && Method::of(number).is_some())

@@ -163,7 +163,7 @@ impl Buffer {
 /// Set-points that may wait. JVL's modules have one "accepted but not activated" (module manual, section 4.3.23).
 const fn room(dialect: Dialect) -> usize {
     match dialect {
-        Dialect::Cia402 => Buffer::MOST,
+        Dialect::Cia402 | Dialect::Mac4(_) => Buffer::MOST,
         Dialect::Jvl => 1,
     }
 }

@@ -32,7 +32,7 @@ node_id = 128
     assert_eq!(output.status.code(), Some(78), "{errors}");
     insta::assert_snapshot!(errors, @r"
     bad.toml:7:11: error: unknown profile `no-such-profile`
-      help: known: canopen-reference, cia402-servo, jvl-mac00-fc2, jvl-mac00-fc4, jvl-mis34x
+      help: known: canopen-reference, cia402-servo, jvl-mac00-fc2, jvl-mac00-fc4, jvl-mis34x, maccon-mac4-inc, maccon-mac4-ssi, maccon-mac4-stp
     bad.toml:14:7: error: unknown bus `can9`
       help: did you mean `can0`? known: can0
     bad.toml:15:1: error: 128 is no Node-ID

@@ -41,6 +41,18 @@ fn python_canopen_takes_a_drive_through_every_mode() {
 }
 
 #[test]
+fn python_canopen_moves_the_four_axes_of_a_card_by_the_pdos_of_each() {
+    for card in ["maccon-mac4-inc", "maccon-mac4-ssi", "maccon-mac4-stp"] {
+        let port = free_port();
+        let _daemon = Daemon::start(&config(Bus::Socketcand(port), &[("card", card, 1)]));
+
+        let log = Master::at(port, card).run("mac4", &[]);
+
+        insta::with_settings!({ prepend_module_to_snapshot => false }, { insta::assert_snapshot!("mac4", log) });
+    }
+}
+
+#[test]
 fn two_axes_move_at_once() {
     let (_daemon, master) = demo();
 

@@ -84,7 +84,7 @@ impl ModbusView {
         let dialect = device.word("dialect", dialect, ["jvl", "full"]).map(Spanned::into_inner);
         let default = match profile {
             Some(profiles::Dialect::Jvl) => ModbusDialect::Jvl,
-            Some(profiles::Dialect::Cia402) | None => ModbusDialect::Full,
+            Some(profiles::Dialect::Cia402 | profiles::Dialect::Mac4(_)) | None => ModbusDialect::Full,
         };
         if dialect == Some(ModbusDialect::Jvl) && default == ModbusDialect::Full && profile.is_some() {
             let help = "leave it out, or write \"full\"".to_owned();

@@ -16,7 +16,7 @@ use super::setup::{MOST_WAITING, Setup};
 use super::status::UserStatus;
 use super::units::Units;
 use super::{CardType, Instruction, Mode, errors};
-use crate::Binding;
+use crate::cia402::AbortConnection;
 use crate::vendor::Scope;
 
 /// Bit 15 of the interlocking flag: the host has written a position (section 3.5.2).

@@ -9,8 +9,8 @@ use od::{AbortCode, Address, DataType, Initial, PdoTraits, Schema, Value, Veto, 
 use crate::cia402::units::factors;
 use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
 use crate::{
-    Binding, CardType, Diagnostics, Mode, Motor, MotorData, Register, RegisterFile, RegisterList, Role, Space,
-    file, jvl, mac4,
+    Binding, CardType, Diagnostics, Mode, Motor, MotorData, Register, RegisterFile, RegisterList, Role,
+    Space, file, jvl, mac4,
 };
 
 /// Who a device says it is (0x1018; CiA 301 v4.2, section 7.5.2.21); what is `None` stays as its profile has it.

@@ -2,20 +2,19 @@
 
 use od::AbortCode;
 
-use super::command::Response;
+use super::command::{BlockSegment, SEGMENT, cut};
 use super::crc;
 
-/// Data bytes of a segment.
-const SEGMENT: usize = 7;
 /// Most segments of a block.
 pub(crate) const MAX_BLOCK: u8 = 127;
 
-/// A download, collected in a buffer.
+/// The side that collects the data in a buffer: the server of a download, the client of an upload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct BlockDownload {
+pub(crate) struct Receiver {
     announced: Option<usize>,
     longest: usize,
     has_crc: bool,
+    block_size: u8,
     /// The last segment of this block that came in order.
     sequence: u8,
     /// How much of the buffer `crc` is of; the last segment may have bytes too many.
@@ -24,10 +23,10 @@ pub(crate) struct BlockDownload {
     is_complete: bool,
 }
 
-impl BlockDownload {
-    /// A download of at most `longest` bytes.
-    pub(crate) fn new(announced: Option<usize>, longest: usize, has_crc: bool) -> Self {
-        Self { announced, longest, has_crc, sequence: 0, checked: 0, crc: 0, is_complete: false }
+impl Receiver {
+    /// A transfer of at most `longest` bytes in blocks of `block_size`.
+    pub(crate) fn new(announced: Option<usize>, longest: usize, has_crc: bool, block_size: u8) -> Self {
+        Self { announced, longest, has_crc, block_size, sequence: 0, checked: 0, crc: 0, is_complete: false }
     }
 
     /// Whether the next message is a segment.
@@ -36,15 +35,14 @@ impl BlockDownload {
     }
 
     /// Takes a segment. Only the one that follows counts; the last of a block is answered with the last that did, so
-    /// that the client sends the others again.
+    /// that the other side sends the rest again. Returns that number when the block is over.
     pub(crate) fn segment(
         &mut self,
         message: [u8; 8],
         buffer: &mut Vec<u8>,
-    ) -> Result<Option<Response>, AbortCode> {
-        let [head, data @ ..] = message;
-        let (sequence, is_last) = (head & 0x7F, head & 0x80 != 0);
-        if sequence == 0 {
+    ) -> Result<Option<u8>, AbortCode> {
+        let BlockSegment { sequence, is_last, data } = BlockSegment::decode(message);
+        if sequence == 0 || sequence > self.block_size {
             return Err(AbortCode::SequenceNumber);
         }
         if sequence == self.sequence + 1 {
@@ -56,7 +54,7 @@ impl BlockDownload {
             self.check(buffer);
             buffer.extend_from_slice(&data);
         }
-        Ok((is_last || sequence == MAX_BLOCK).then(|| self.acknowledge()))
+        Ok((is_last || sequence == self.block_size).then(|| self.acknowledge()))
     }
 
     /// Whether a block has begun and its end is missing.
@@ -69,10 +67,9 @@ impl BlockDownload {
         self.announced.unwrap_or(self.longest).div_ceil(SEGMENT).max(1).saturating_mul(SEGMENT)
     }
 
-    /// The answer to a block, also to one whose end is missing.
-    pub(crate) fn acknowledge(&mut self) -> Response {
-        let sequence = core::mem::take(&mut self.sequence);
-        Response::BlockDownloadAcknowledge { sequence, block_size: MAX_BLOCK }
+    /// Ends a block, also one whose end is missing. Returns the last segment that came in order.
+    pub(crate) fn acknowledge(&mut self) -> u8 {
+        core::mem::take(&mut self.sequence)
     }
 
     /// Ends the transfer: drops the bytes too many and checks what there is.
@@ -93,11 +90,18 @@ impl BlockDownload {
     }
 }
 
-/// An upload, served from a buffer.
+/// The end of a transfer: the last segment has `unused` (0-7) bytes too many.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct BlockUpload {
+pub(crate) struct End {
+    pub(crate) unused: u8,
+    pub(crate) crc: u16,
+}
+
+/// The side that serves the data from a buffer: the server of an upload, the client of a download.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Sender {
     block_size: u8,
-    /// Bytes that the client has, and the CRC of them.
+    /// Bytes that the other side has, and the CRC of them.
     acknowledged: usize,
     crc: u16,
     has_crc: bool,
@@ -108,54 +112,50 @@ pub(crate) struct BlockUpload {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    /// The client is to start.
+    /// The transfer is to start.
     Initiated,
     /// Segments go.
     Sending,
-    /// The client is to acknowledge a block.
+    /// The other side is to acknowledge a block.
     Sent,
-    /// The client is to confirm the end.
+    /// The other side is to confirm the end.
     Ending,
 }
 
-impl BlockUpload {
-    /// An upload in blocks of `block_size`.
+impl Sender {
+    /// A transfer in blocks of `block_size`.
     pub(crate) fn new(block_size: u8, has_crc: bool) -> Result<Self, AbortCode> {
         let phase = Phase::Initiated;
         Ok(Self { block_size: checked(block_size)?, acknowledged: 0, crc: 0, has_crc, sent: 0, phase })
     }
 
-    /// The client starts.
+    /// Begins with the first block.
     pub(crate) fn start(&mut self) -> Result<(), AbortCode> {
         self.proceed(Phase::Initiated, Phase::Sending)
     }
 
     /// The next segment to send.
-    pub(crate) fn poll(&mut self, buffer: &[u8]) -> Option<Response> {
+    pub(crate) fn poll(&mut self, buffer: &[u8]) -> Option<BlockSegment> {
         if self.phase != Phase::Sending {
             return None;
         }
         let rest = buffer.get(self.acknowledged + SEGMENT * usize::from(self.sent)..).unwrap_or_default();
-        let mut data = [0; SEGMENT];
-        for (to, from) in data.iter_mut().zip(rest) {
-            *to = *from;
-        }
+        let (data, _, is_last) = cut(rest);
         self.sent += 1;
-        let is_last = rest.len() <= SEGMENT;
         if is_last || self.sent == self.block_size {
             self.phase = Phase::Sent;
         }
-        Some(Response::BlockSegment { sequence: self.sent, is_last, data })
+        Some(BlockSegment { sequence: self.sent, is_last, data })
     }
 
-    /// The client has the first `sequence` segments of the block; what is missing goes again. After the last one the
-    /// end is announced.
+    /// The other side has the first `sequence` segments of the block; what is missing goes again. After the last one the
+    /// end is to be announced.
     pub(crate) fn acknowledge(
         &mut self,
         sequence: u8,
         block_size: u8,
         buffer: &[u8],
-    ) -> Result<Option<Response>, AbortCode> {
+    ) -> Result<Option<End>, AbortCode> {
         self.proceed(Phase::Sent, Phase::Sending)?;
         if sequence > self.sent {
             return Err(AbortCode::SequenceNumber);
@@ -174,10 +174,10 @@ impl BlockUpload {
         let in_last = if buffer.is_empty() { 0 } else { (buffer.len() - 1) % SEGMENT + 1 };
         // Without a CRC there is zero (CiA 301 v4.2, section 7.2.4.3.15).
         let crc = if self.has_crc { self.crc } else { 0 };
-        Ok(Some(Response::BlockUploadEnd { unused: (SEGMENT - in_last) as u8, crc }))
+        Ok(Some(End { unused: (SEGMENT - in_last) as u8, crc }))
     }
 
-    /// The client confirms the end.
+    /// The other side confirms the end.
     pub(crate) fn end(self) -> Result<(), AbortCode> {
         if self.phase == Phase::Ending { Ok(()) } else { Err(AbortCode::UnknownCommand) }
     }

@@ -4,8 +4,8 @@ use core::time::Duration;
 
 use od::{AbortCode, Address, Instant, Value};
 
-use super::block::{BlockDownload, BlockUpload, MAX_BLOCK};
-use super::command::{ABORT, Request, Response};
+use super::block::{End, MAX_BLOCK, Receiver, Sender};
+use super::command::{ABORT, BlockSegment, Request, Response, cut};
 use crate::communication::Objects;
 
 /// Silence of the client after which an unfinished transfer is aborted, unless set otherwise.
@@ -41,8 +41,8 @@ enum Transfer {
         longest: usize,
         toggle: bool,
     },
-    BlockDownload(Address, BlockDownload),
-    BlockUpload(Address, BlockUpload),
+    BlockDownload(Address, Receiver),
+    BlockUpload(Address, Sender),
 }
 
 /// One SDO server: at most one transfer at a time, collected in or served from a buffer.
@@ -104,7 +104,7 @@ impl Server {
     /// Ends the transfer with `code`.
     pub(crate) fn refuse(&mut self, address: Address, code: AbortCode) -> [u8; 8] {
         self.reset();
-        Response::Abort { address, code }.encode()
+        Response::Abort { address, code: code.code() }.encode()
     }
 
     /// Holds the answer to a complete download back until [`Server::release`], without a time-out. It is given up when
@@ -128,7 +128,7 @@ impl Server {
         }
         self.reminder.take_if(|reminder| *reminder <= now)?;
         match &mut self.transfer {
-            Transfer::BlockDownload(_, download) => Some(download.acknowledge().encode()),
+            Transfer::BlockDownload(_, download) => Some(acknowledgement(download.acknowledge())),
             Transfer::None
             | Transfer::Upload { .. }
             | Transfer::Download { .. }
@@ -147,7 +147,7 @@ impl Server {
     /// The next segment of a block that is to be sent without being asked for.
     pub(crate) fn poll_segment(&mut self) -> Option<[u8; 8]> {
         match &mut self.transfer {
-            Transfer::BlockUpload(_, upload) => upload.poll(&self.buffer).map(Response::encode),
+            Transfer::BlockUpload(_, upload) => upload.poll(&self.buffer).map(BlockSegment::encode),
             Transfer::None
             | Transfer::Upload { .. }
             | Transfer::Download { .. }
@@ -165,7 +165,7 @@ impl Server {
                 let step = download.segment(message, &mut self.buffer);
                 (
                     *address,
-                    step.map(|answer| answer.map_or(Step::Silent, |answer| Step::Answer(answer.encode()))),
+                    step.map(|last| last.map_or(Step::Silent, |last| Step::Answer(acknowledgement(last)))),
                 )
             }
             _ => {
@@ -201,7 +201,7 @@ impl Server {
             }
             Request::BlockDownloadEnd { unused, crc } => self.block_download_end(unused, crc),
             Request::BlockUploadInitiate { address, crc, block_size, threshold } => {
-                let upload = BlockUpload::new(block_size, crc);
+                let upload = Sender::new(block_size, crc);
                 self.block_upload_start(address, upload, threshold, objects)
             }
             Request::BlockUploadStart => {
@@ -216,7 +216,7 @@ impl Server {
                 self.reset();
                 Ok(Step::Silent)
             }
-            Request::Abort => {
+            Request::Abort { .. } => {
                 self.reset();
                 Ok(Step::Silent)
             }
@@ -325,7 +325,7 @@ impl Server {
             }
             _ => {
                 self.transfer = Transfer::Upload { address, sent: 0, toggle: false };
-                Response::UploadInitiate { address, size }
+                Response::UploadInitiate { address, size: Some(size) }
             }
         };
         Step::Answer(response.encode())
@@ -340,17 +340,12 @@ impl Server {
         }
         *expected = !toggle;
         let rest = self.buffer.get(*sent..).unwrap_or_default();
-        let mut data = [0; 7];
-        for (to, from) in data.iter_mut().zip(rest) {
-            *to = *from;
-        }
-        let len = rest.len().min(7);
-        let is_last = rest.len() <= 7;
-        *sent += len;
+        let (data, len, is_last) = cut(rest);
+        *sent += usize::from(len);
         if is_last {
             self.reset();
         }
-        Ok(Step::Answer(Response::UploadSegment { toggle, data, len: len as u8, is_last }.encode()))
+        Ok(Step::Answer(Response::UploadSegment { toggle, data, len, is_last }.encode()))
     }
 
     fn block_download_start(
@@ -361,8 +356,10 @@ impl Server {
         objects: &Objects<'_>,
     ) -> Result<Step, AbortCode> {
         let (announced, longest) = self.admit(address, size, objects)?;
-        self.transfer = Transfer::BlockDownload(address, BlockDownload::new(announced, longest, crc));
-        Ok(Step::Answer(Response::BlockDownloadInitiate { address, block_size: MAX_BLOCK }.encode()))
+        self.transfer = Transfer::BlockDownload(address, Receiver::new(announced, longest, crc, MAX_BLOCK));
+        Ok(Step::Answer(
+            Response::BlockDownloadInitiate { address, crc: true, block_size: MAX_BLOCK }.encode(),
+        ))
     }
 
     fn block_download_end(&mut self, unused: u8, crc: u16) -> Result<Step, AbortCode> {
@@ -377,7 +374,7 @@ impl Server {
     fn block_upload_start(
         &mut self,
         address: Address,
-        upload: Result<BlockUpload, AbortCode>,
+        upload: Result<Sender, AbortCode>,
         threshold: u8,
         objects: &Objects<'_>,
     ) -> Result<Step, AbortCode> {
@@ -387,7 +384,7 @@ impl Server {
             return Ok(self.upload_answer(address, size));
         }
         self.transfer = Transfer::BlockUpload(address, upload);
-        Ok(Step::Answer(Response::BlockUploadInitiate { address, size }.encode()))
+        Ok(Step::Answer(Response::BlockUploadInitiate { address, crc: true, size: Some(size) }.encode()))
     }
 
     fn block_upload_acknowledge(&mut self, sequence: u8, block_size: u8) -> Result<Step, AbortCode> {
@@ -395,10 +392,11 @@ impl Server {
             return Err(AbortCode::UnknownCommand);
         };
         let end = upload.acknowledge(sequence, block_size, &self.buffer)?;
-        Ok(end.map_or(Step::Silent, |end| Step::Answer(end.encode())))
+        let answer = |End { unused, crc }| Step::Answer(Response::BlockUploadEnd { unused, crc }.encode());
+        Ok(end.map_or(Step::Silent, answer))
     }
 
-    fn block_upload(&mut self) -> Result<&mut BlockUpload, AbortCode> {
+    fn block_upload(&mut self) -> Result<&mut Sender, AbortCode> {
         match &mut self.transfer {
             Transfer::BlockUpload(_, upload) => Ok(upload),
             Transfer::None
@@ -407,6 +405,11 @@ impl Server {
             | Transfer::BlockDownload(..) => Err(AbortCode::UnknownCommand),
         }
     }
+}
+
+/// The answer to a block of which the segments up to `sequence` came in order.
+fn acknowledgement(sequence: u8) -> [u8; 8] {
+    Response::BlockDownloadAcknowledge { sequence, block_size: MAX_BLOCK }.encode()
 }
 
 #[cfg(test)]

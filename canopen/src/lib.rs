@@ -45,4 +45,5 @@ pub use nmt::{NmtCommand, NmtState};
 pub use node::{Abort, BusState, Cause, Counters, Diagnostics, Event, Node, NodeError, Order, Traffic};
 pub use recent::Recent;
 pub use router::Router;
+pub use sdo::{SdoClient, SdoError, SdoEvent, SdoMode};
 pub use time::TimeOfDay;

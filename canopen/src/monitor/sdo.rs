@@ -202,7 +202,7 @@ impl Channel {
                 }
             }
             Request::BlockUploadEnd => self.finish(SdoStep::Done),
-            Request::Abort => self.abort(message),
+            Request::Abort { .. } => self.abort(message),
             Request::Unknown { .. } => self.known(SdoStep::Unknown),
         }
     }

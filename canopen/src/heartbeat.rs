@@ -87,6 +87,12 @@ impl Consumer {
         })
     }
 
+    /// Within which time the heartbeat of this producer is to come, if it is supervised.
+    pub(crate) fn time(&self, producer: u8) -> Option<Duration> {
+        let mut entries = self.places.iter().filter_map(|place| place.entry);
+        entries.find(|entry| entry.producer == producer).map(|entry| entry.time)
+    }
+
     /// Takes the state that a producer has told. Returns the producer if that ends its error.
     ///
     /// A boot-up message shows that the producer lives, but it neither begins a supervision nor ends an error.

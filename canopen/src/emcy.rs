@@ -46,6 +46,8 @@ impl Emergency {
     pub(crate) const PDO_TOO_SHORT: u16 = 0x8210;
     /// A frame was longer than its PDO.
     pub(crate) const PDO_TOO_LONG: u16 = 0x8220;
+    /// An MPDO was not processed because the node cannot take what it is addressed to.
+    pub(crate) const DESTINATION: u16 = 0x8230;
     /// A SYNC had an unexpected length.
     pub(crate) const SYNC_LENGTH: u16 = 0x8240;
     /// The CAN controller is error passive.
@@ -68,6 +70,7 @@ impl Emergency {
             self.code,
             Self::PDO_TOO_SHORT
                 | Self::PDO_TOO_LONG
+                | Self::DESTINATION
                 | Self::SYNC_LENGTH
                 | Self::ERROR_PASSIVE
                 | Self::LIFE_GUARD

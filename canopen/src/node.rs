@@ -3,6 +3,7 @@
 mod diagnostics;
 mod local;
 mod lss;
+mod mpdo;
 mod pace;
 mod services;
 mod storage;
@@ -272,6 +273,9 @@ impl Node {
                 queue(outbox, counters, frame);
             }
         }
+        if self.state == NmtState::Operational {
+            self.send_scanned(now, application, has_changed);
+        }
     }
 
     /// Sends the emergencies that may be sent now.
@@ -304,7 +308,8 @@ impl Node {
         let emcy = self.emcy.poll_timeout().filter(|_| self.tells_emergencies());
         let pace = self.pace.as_ref().and_then(|pace| pace.poll_timeout());
         let services = [self.sync.poll_timeout(), self.sdo.poll_timeout(), emcy, pace];
-        let timers = services.into_iter().chain([self.heartbeat, self.supervision_timeout()]);
+        let scan = self.pdos.scan_timeout().filter(|_| self.state == NmtState::Operational);
+        let timers = services.into_iter().chain([self.heartbeat, self.supervision_timeout(), scan]);
         timers.chain(tpdos.map(Tpdo::poll_timeout)).flatten().min()
     }
 

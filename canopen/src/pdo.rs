@@ -1,5 +1,6 @@
 //! Process data: what PDOs carry and when they go (CiA 301 v4.2, sections 7.2.2 and 7.5.2.35-38).
 
+mod mpdo;
 mod pace;
 mod parameters;
 mod rpdo;
@@ -9,6 +10,7 @@ mod tpdo;
 
 use od::{AbortCode, Address, Dictionary, Direction, Instant, PdoTraits, Schema};
 
+pub(crate) use mpdo::{Message, Mode, field};
 pub(crate) use pace::Pace;
 pub(crate) use parameters::inhibit_time;
 pub(crate) use rpdo::{Reception, Rpdo};
@@ -16,7 +18,8 @@ pub(crate) use rules::check_cob_id;
 pub(crate) use tpdo::{Occasion, Tpdo};
 
 use crate::communication::{MAX_PDOS, RPDO_COMMUNICATION, RPDO_MAPPING, TPDO_COMMUNICATION, TPDO_MAPPING};
-use crate::{Id, NodeError};
+use crate::{Frame, Id, NodeError};
+use mpdo::Lists;
 use parameters::Parameters;
 use shape::Shape;
 
@@ -28,6 +31,8 @@ const ROOM: usize = 64;
 pub(crate) struct Pdos {
     pub(crate) receive: Vec<Rpdo>,
     pub(crate) transmit: Vec<Tpdo>,
+    /// What multiplexed ones carry.
+    pub(crate) lists: Lists,
 }
 
 impl Pdos {
@@ -38,6 +43,7 @@ impl Pdos {
         Ok(Self {
             receive: receive.into_iter().map(|p| Rpdo::new(p, communication)).collect(),
             transmit: transmit.into_iter().map(|p| Tpdo::new(p, communication)).collect(),
+            lists: Lists::default(),
         })
     }
 
@@ -70,6 +76,7 @@ impl Pdos {
             rpdo.watch.stop();
         }
         self.transmit.iter_mut().for_each(|t| t.reload(now, communication, application));
+        self.lists.reload(communication, application);
     }
 
     /// Takes over the parameters of the PDO that the object `index` belongs to; returns whether it does.
@@ -80,14 +87,21 @@ impl Pdos {
         communication: &Dictionary,
         application: &Schema,
     ) -> bool {
+        if mpdo::is_list(index) {
+            self.lists.reload(communication, application);
+        }
         let Some(record) = Record::at(index) else { return false };
         let is_meant = |p: &Parameters| p.direction == record.direction && p.number == record.number;
         self.receive
             .iter_mut()
             .filter(|r| is_meant(&r.parameters))
             .for_each(|r| r.reload(communication, application));
-        let transmit = self.transmit.iter_mut().filter(|t| is_meant(&t.parameters));
-        transmit.for_each(|t| t.reload(now, communication, application));
+        for tpdo in self.transmit.iter_mut().filter(|t| is_meant(&t.parameters)) {
+            tpdo.reload(now, communication, application);
+            if tpdo.scans() {
+                self.lists.start();
+            }
+        }
         true
     }
 
@@ -122,6 +136,30 @@ impl Pdos {
     pub(crate) fn restart(&mut self, now: Instant) {
         self.receive.iter_mut().for_each(Rpdo::stop);
         self.transmit.iter_mut().for_each(|t| t.start(now));
+        self.lists.start();
+    }
+
+    /// Sends what has changed of the objects in the scanner lists, by the TPDO of source address mode.
+    pub(crate) fn scan(
+        &mut self,
+        now: Instant,
+        node_id: u8,
+        application: &Dictionary,
+        has_changed: bool,
+    ) -> impl Iterator<Item = Frame> {
+        self.lists.notice(has_changed);
+        let Self { transmit, lists, .. } = self;
+        let tpdo = transmit.iter().find(|tpdo| tpdo.scans());
+        core::iter::from_fn(move || {
+            let tpdo = tpdo?;
+            let message = lists.poll(now, node_id, tpdo.inhibit, application)?;
+            Some(Frame::new(tpdo.cob_id.id(), &message.encode()))
+        })
+    }
+
+    /// When a change waits to be sent by it.
+    pub(crate) fn scan_timeout(&self) -> Option<Instant> {
+        self.lists.poll_timeout().filter(|_| self.transmit.iter().any(Tpdo::scans))
     }
 
     /// Whether the parameter at `address` may become `raw`.
@@ -132,6 +170,9 @@ impl Pdos {
         address: Address,
         raw: u64,
     ) -> Result<(), AbortCode> {
+        if mpdo::is_list(address.index) {
+            return mpdo::check_entry(communication, application, address, raw);
+        }
         let Some(record) = Record::at(address.index) else { return Ok(()) };
         let receive = self.receive.iter().map(|r| &r.parameters);
         let mut all = receive.chain(self.transmit.iter().map(|t| &t.parameters));
@@ -140,6 +181,11 @@ impl Pdos {
             return Ok(());
         };
         if record.is_mapping {
+            if let Some(mode) = Mode::of(raw).filter(|_| address.sub == 0) {
+                rules::check_mapping_change(parameters, communication)?;
+                let is_scanning = self.transmit.iter().any(|t| t.mode == Some(Mode::Source));
+                return mpdo::check_mode(mode, record.direction, communication, is_scanning);
+            }
             rules::check_mapping(parameters, communication, application, address.sub, raw)
         } else {
             rules::check_communication(parameters, communication, address.sub, raw)
@@ -195,7 +241,11 @@ fn all_parameters(
             let count = parameters.count(communication);
             let number = parameters.number + 1;
             let refused = |code| NodeError::Mapping { direction: name(direction), number, code };
-            parameters.mapping(communication, application, count).map_err(refused)?;
+            match Mode::of(count) {
+                Some(mode) => mpdo::check_mode(mode, direction, communication, false),
+                None => parameters.mapping(communication, application, count).map(|_| ()),
+            }
+            .map_err(refused)?;
             Ok(parameters)
         })
         .collect()

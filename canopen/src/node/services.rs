@@ -8,11 +8,9 @@ use super::{Node, Order, queue};
 use crate::cob_id::NMT;
 use crate::communication::{self as objects, Objects};
 use crate::emcy::Producer;
-use crate::pdo::{Reception, Tpdo};
+use crate::pdo::Tpdo;
 use crate::sdo::Step;
-use crate::{
-    Cause, CobId, Emergency, Event, Frame, Id, NmtCommand, NmtState, UNCONFIGURED, lss, rules, time,
-};
+use crate::{Cause, CobId, Event, Frame, Id, NmtCommand, NmtState, UNCONFIGURED, lss, rules, time};
 
 /// What a frame with a subscribed identifier is for; the numbers are positions in the node's lists of PDOs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -88,32 +86,23 @@ impl Node {
 
     fn handle_rpdo(&mut self, now: Instant, position: usize, frame: &Frame, application: &mut Dictionary) {
         let Some(rpdo) = self.pdos.receive.get_mut(position) else { return };
+        if let Some(mode) = rpdo.mode {
+            return self.handle_mpdo(now, position, mode, frame, application);
+        }
         if rpdo.is_synchronous() && self.sync.is_late(now, &self.communication) {
             self.counters.late_rpdos += 1;
             return;
         }
         let number = rpdo.number();
-        let [low, high] = number.to_le_bytes();
-        let detail = [low, high, frame.len() as u8, 0, 0];
         let before = rpdo.reception;
         let is_back = rpdo.receive(now, frame.payload());
-        let after = rpdo.reception;
         if !rpdo.is_synchronous() {
             self.act_on(now, position, application);
         }
         if is_back {
             self.restore_connection(Cause::Rpdo(number));
         }
-        self.counters.short_rpdos += u64::from(after == Reception::TooShort);
-        self.counters.long_rpdos += u64::from(after == Reception::TooLong);
-        if let Some(code) = after.error() {
-            self.raise(Emergency::communication(code, detail));
-        }
-        if let Some(code) = before.error()
-            && self.pdos.receive.iter().all(|r| r.reception != before || !r.is_active())
-        {
-            self.clear(code);
-        }
+        self.note_reception(position, before, frame.len());
     }
 
     fn handle_sdo(&mut self, now: Instant, position: usize, frame: &Frame, application: &mut Dictionary) {

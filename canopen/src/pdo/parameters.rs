@@ -5,6 +5,7 @@ use core::time::Duration;
 use od::{AbortCode, Address, Dictionary, Direction, Mapping, Schema, Slot};
 
 use super::ROOM;
+use super::mpdo::Mode;
 use crate::CobId;
 use crate::communication::{RPDO_COMMUNICATION, RPDO_MAPPING, TPDO_COMMUNICATION, TPDO_MAPPING};
 
@@ -107,6 +108,12 @@ impl Parameters {
     /// How many entries are mapped; zero while the mapping is being changed.
     pub(crate) fn count(&self, communication: &Dictionary) -> u64 {
         communication.raw(self.count)
+    }
+
+    /// What it is instead, if it is a multiplexed one: those are event-driven.
+    pub(crate) fn mode(&self, communication: &Dictionary) -> Option<Mode> {
+        let is_event_driven = self.transmission(communication) == Transmission::Event;
+        Mode::of(self.count(communication)).filter(|_| is_event_driven)
     }
 
     /// The mapping of the first `count` entries.

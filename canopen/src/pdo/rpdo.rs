@@ -4,10 +4,11 @@ use core::time::Duration;
 
 use od::{Data, Dictionary, Instant, Mapping, Origin, Schema, Write};
 
+use super::mpdo::{Message, Mode};
 use super::parameters::{Parameters, Transmission};
 use super::shape::Shape;
 use crate::watch::Watch;
-use crate::{CobId, Emergency};
+use crate::{CobId, Emergency, Frame};
 
 /// What became of a received PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +43,8 @@ pub(crate) struct Rpdo {
     pub(crate) watch: Watch,
     /// What the device says of it.
     pub(crate) shape: Shape,
+    /// Whether it is a multiplexed one.
+    pub(crate) mode: Option<Mode>,
     transmission: Transmission,
     event_period: Option<Duration>,
     mapping: Mapping,
@@ -60,6 +63,7 @@ impl Rpdo {
             reception: Reception::Good,
             watch: Watch::Idle,
             shape: Shape::default(),
+            mode: None,
             transmission,
             event_period: None,
             mapping: Mapping::default(),
@@ -72,6 +76,7 @@ impl Rpdo {
     pub(crate) fn reload(&mut self, communication: &Dictionary, application: &Schema) {
         self.cob_id = self.parameters.cob_id(communication);
         self.transmission = self.parameters.transmission(communication);
+        self.mode = self.parameters.mode(communication);
         self.event_period = self.parameters.event_period(communication);
         let count = self.parameters.count(communication);
         self.mapping = self.parameters.mapping(communication, application, count).unwrap_or_default();
@@ -92,7 +97,14 @@ impl Rpdo {
 
     /// Whether frames with its identifier concern this RPDO.
     pub(crate) fn is_active(&self) -> bool {
-        self.cob_id.is_valid() && self.mapping.bytes() > 0
+        self.cob_id.is_valid() && (self.mapping.bytes() > 0 || self.mode.is_some())
+    }
+
+    /// Takes a frame of a multiplexed one. Returns what it carries, and whether that ends its time-out.
+    pub(crate) fn receive_multiplexed(&mut self, now: Instant, frame: &Frame) -> (Option<Message>, bool) {
+        let message = frame.eight().map(Message::decode);
+        self.reception = if message.is_some() { Reception::Good } else { Reception::TooShort };
+        (message, message.is_some() && self.watch.feed(now, self.event_period))
     }
 
     /// Latches a payload until [`Rpdo::apply`]. Returns whether that ends its time-out.

@@ -40,6 +40,14 @@ pub(crate) fn check_communication(
     }
 }
 
+/// A mapping changes only while its PDO is not valid.
+pub(crate) fn check_mapping_change(
+    parameters: &Parameters,
+    communication: &Dictionary,
+) -> Result<(), AbortCode> {
+    if parameters.cob_id(communication).is_valid() { Err(AbortCode::UnsupportedAccess) } else { Ok(()) }
+}
+
 /// Whether sub-index `sub` of a mapping record may become `raw`: only while the PDO is not valid, entries only
 /// while none is mapped, and only what exists, may be mapped and fits.
 pub(crate) fn check_mapping(
@@ -49,9 +57,7 @@ pub(crate) fn check_mapping(
     sub: u8,
     raw: u64,
 ) -> Result<(), AbortCode> {
-    if parameters.cob_id(communication).is_valid() {
-        return Err(AbortCode::UnsupportedAccess);
-    }
+    check_mapping_change(parameters, communication)?;
     if sub == 0 {
         return parameters.mapping(communication, application, raw).map(|_| ());
     }

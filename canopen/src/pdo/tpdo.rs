@@ -4,6 +4,7 @@ use core::time::Duration;
 
 use od::{Dictionary, Instant, Mapping, Schema, Slot};
 
+use super::mpdo::{Message, Mode};
 use super::parameters::{Parameters, Transmission};
 use super::shape::Shape;
 use crate::deadline::following;
@@ -26,11 +27,13 @@ pub(crate) struct Tpdo {
     pub(crate) cob_id: CobId,
     /// What the device says of it.
     pub(crate) shape: Shape,
+    /// Whether it is a multiplexed one.
+    pub(crate) mode: Option<Mode>,
     transmission: Transmission,
     mapping: Mapping,
     /// Its length, reserved bytes included.
     bytes: usize,
-    inhibit: Duration,
+    pub(crate) inhibit: Duration,
     event_period: Option<Duration>,
     /// The payload last sent, or last sampled for a request.
     last: Option<[u8; 8]>,
@@ -52,6 +55,7 @@ impl Tpdo {
             parameters,
             cob_id,
             shape: Shape::default(),
+            mode: None,
             transmission,
             mapping: Mapping::default(),
             bytes: 0,
@@ -72,6 +76,7 @@ impl Tpdo {
     pub(crate) fn reload(&mut self, now: Instant, communication: &Dictionary, application: &Schema) {
         self.cob_id = self.parameters.cob_id(communication);
         self.transmission = self.parameters.transmission(communication);
+        self.mode = self.parameters.mode(communication);
         self.inhibit = self.parameters.inhibit(communication);
         self.event_period = self.parameters.event_period(communication);
         self.sync_start = self.parameters.sync_start(communication);
@@ -94,6 +99,21 @@ impl Tpdo {
     /// Notes a remote frame.
     pub(crate) fn request(&mut self) {
         self.is_requested = true;
+    }
+
+    /// Whether it sends what the scanner lists have.
+    pub(crate) fn scans(&self) -> bool {
+        self.cob_id.is_valid() && self.mode == Some(Mode::Source)
+    }
+
+    /// The frame that carries `message`, if this is a valid one of destination address mode and may send now.
+    pub(crate) fn send_multiplexed(&mut self, now: Instant, message: Message) -> Option<Frame> {
+        let is_meant = self.cob_id.is_valid() && self.mode == Some(Mode::Destination);
+        if !is_meant || now < self.not_before {
+            return None;
+        }
+        self.not_before = now + self.inhibit;
+        Some(Frame::new(self.cob_id.id(), &message.encode()))
     }
 
     fn is_active(&self) -> bool {

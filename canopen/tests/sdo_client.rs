@@ -468,6 +468,25 @@ fn the_parameters_of_a_client_are_those_of_its_record() {
     }
 }
 
+#[test]
+fn the_identifiers_of_a_client_change_while_they_are_not_valid() {
+    let cob_id = |sub| Entry::new(sub, "COB-ID", DataType::Unsigned32, Access::ReadWrite);
+    let record = Object::record(0x1280, "SDO client", vec![cob_id(1), cob_id(2)]);
+    let mut bench = Bench::off_with(vec![record]).started();
+    bench.configure("1280:01", 0x8000_0000);
+    bench.configure("1280:01", 0x6C0);
+    let write = |bench: &mut Bench, value: u32| bench.download(Address::new(0x1280, 1), &value.to_le_bytes());
+    assert_eq!(write(&mut bench, 0x6C1), Err(AbortCode::DeviceState));
+    assert_eq!(write(&mut bench, 0x8000_06C1), Ok(()));
+    assert_eq!(write(&mut bench, 0x601), Err(AbortCode::InvalidValue), "restricted");
+    bench.configure("1280:02", 0x8000_0000);
+    bench.configure("1280:02", 0x580);
+    assert!(SdoClient::configured(bench.node.communication(), 0x1280).is_none(), "one is not valid");
+    bench.configure("1280:01", 0x6C1);
+    let client = SdoClient::configured(bench.node.communication(), 0x1280).unwrap();
+    assert_eq!(client.subscription(), Id::Standard(0x580));
+}
+
 fn fate() -> impl Strategy<Value = Fate> {
     prop_oneof![
         20 => Just(Fate::Arrives),

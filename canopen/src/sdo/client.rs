@@ -8,11 +8,10 @@ use thiserror::Error;
 
 use super::block::{End, MAX_BLOCK, Receiver, Sender};
 use super::command::{ABORT, BlockSegment, Request, Response, cut};
+use super::connections::{ANSWER, CLIENTS, REQUEST};
 use crate::cob_id::{SDO_RECEIVE, SDO_TRANSMIT};
 use crate::{CobId, Frame, Id};
 
-/// The records of SDO clients (CiA 301 v4.2, section 7.5.2.34).
-const PARAMETERS: core::ops::RangeInclusive<u16> = 0x1280..=0x12FF;
 /// Silence of the server that ends a transfer, unless set otherwise.
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// Blocks that may be repeated one after the other without any progress.
@@ -147,7 +146,7 @@ impl SdoClient {
             let slot = communication.find(Address::new(index, sub)).ok()?;
             Some(CobId(communication.raw(slot) as u32)).filter(|cob_id| cob_id.is_valid()).map(CobId::id)
         };
-        PARAMETERS.contains(&index).then(|| Some(Self::new(id(1)?, id(2)?)))?
+        CLIENTS.contains(&index).then(|| Some(Self::new(id(REQUEST)?, id(ANSWER)?)))?
     }
 
     /// The client that sends requests with the first identifier and is answered with the second.

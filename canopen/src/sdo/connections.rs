@@ -10,14 +10,17 @@ use crate::{CobId, Frame, Id};
 
 /// The records of the further servers; the one before them describes the default server.
 pub(crate) const FURTHER: core::ops::RangeInclusive<u16> = 0x1201..=0x127F;
+/// The records of clients (CiA 301 v4.2, section 7.5.2.34).
+pub(super) const CLIENTS: core::ops::RangeInclusive<u16> = 0x1280..=0x12FF;
 /// Sub-index of the COB-ID from client to server.
-const REQUEST: u8 = 1;
+pub(super) const REQUEST: u8 = 1;
 /// Sub-index of the COB-ID from server to client.
-const ANSWER: u8 = 2;
+pub(super) const ANSWER: u8 = 2;
 
-/// Whether `address` is a COB-ID of a further server.
+/// Whether `address` is a COB-ID of a further server or of a client.
 pub(crate) fn is_cob_id(address: Address) -> bool {
-    FURTHER.contains(&address.index) && matches!(address.sub, REQUEST | ANSWER)
+    let is_record = FURTHER.contains(&address.index) || CLIENTS.contains(&address.index);
+    is_record && matches!(address.sub, REQUEST | ANSWER)
 }
 
 /// One server and the identifiers it talks with.

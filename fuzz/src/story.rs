@@ -13,9 +13,11 @@ const SDO_REQUEST: u16 = 0x600;
 const SDO_ANSWER: u16 = 0x580;
 const ERROR_CONTROL: u16 = 0x700;
 const LSS_ANSWER: Id = Id::Standard(0x7E4);
-/// Frames that one event may lead to: a block of an SDO upload, 32 TPDOs and 16 that have waited for the device, 16
-/// emergency messages and some single ones.
-const MOST_AT_ONCE: usize = 127 + 32 + 16 + 16 + 8;
+/// What stands for a TPDO that sends the objects of the scanner list, in place of the number of mapped ones.
+const MULTIPLEXED: u8 = 0xFE;
+/// Frames that one event may lead to: a block of an SDO upload, 32 TPDOs and 16 that have waited for the device, 64 values
+/// of the scanner list, 16 emergency messages and some single ones.
+const MOST_AT_ONCE: usize = 127 + 32 + 16 + 64 + 16 + 8;
 /// Deadlines that are served in one step: a SYNC may be produced in every microsecond.
 const MOST_DEADLINES: usize = 1000;
 
@@ -230,7 +232,10 @@ impl Stage {
             && (0..512).any(|number| {
                 let cob_id = CobId(raw(communication, 0x1800 + number, 1));
                 let count = raw(communication, 0x1A00 + number, 0) as u8;
-                let bits: u32 = (1..=count).map(|sub| raw(communication, 0x1A00 + number, sub) & 0xFF).sum();
+                let bits: u32 = match count {
+                    MULTIPLEXED => 64,
+                    _ => (1..=count).map(|sub| raw(communication, 0x1A00 + number, sub) & 0xFF).sum(),
+                };
                 let is_padded = frame.len() == 8 && self.is_padded(number + 1);
                 let has_length = frame.len() == bits.div_ceil(8) as usize || is_padded;
                 cob_id.is_valid() && cob_id.id() == frame.id && has_length

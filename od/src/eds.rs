@@ -38,7 +38,9 @@ pub fn write(info: &DeviceInfo, schemas: &[&Schema]) -> String {
 const BIT_RATES: [u16; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
 
 fn write_sheet(out: &mut String, info: &DeviceInfo, schemas: &[&Schema]) -> core::fmt::Result {
-    write_header(out, info)?;
+    // Multiplexed PDOs, for which a device has lists (CiA 301 v4.2, section 7.2.2.4).
+    let has_list = |schema: &&Schema| (0x1FA0..=0x1FFF).any(|index| schema.has_object(index));
+    write_header(out, info, schemas.iter().any(has_list))?;
     let is_public = |entries: &[Entry]| !entries.iter().any(|entry| entry.is_local);
     let shown = schemas.iter().flat_map(|s| s.objects()).filter(|(.., entries)| is_public(entries));
     let mut objects: Vec<_> = shown.collect();
@@ -55,7 +57,7 @@ fn write_sheet(out: &mut String, info: &DeviceInfo, schemas: &[&Schema]) -> core
         .try_for_each(|(index, name, kind, entries)| write_object(out, index, name, kind, entries))
 }
 
-fn write_header(out: &mut String, info: &DeviceInfo) -> core::fmt::Result {
+fn write_header(out: &mut String, info: &DeviceInfo, is_multiplexing: bool) -> core::fmt::Result {
     writeln!(out, "[FileInfo]\nFileName={}\nFileVersion=1\nFileRevision=0\nEDSVersion=4.0", info.file_name)?;
     writeln!(out, "Description={}\nCreatedBy=axisd\n", info.product_name)?;
     writeln!(
@@ -69,7 +71,8 @@ fn write_header(out: &mut String, info: &DeviceInfo) -> core::fmt::Result {
         writeln!(out, "BaudRate_{rate}=1")?;
     }
     writeln!(out, "SimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=1\nDynamicChannelsSupported=0")?;
-    writeln!(out, "GroupMessaging=0\nNrOfRXPDO={}\nNrOfTXPDO={}\nLSS_Supported=1\n", info.rpdos, info.tpdos)?;
+    writeln!(out, "GroupMessaging={}", u8::from(is_multiplexing))?;
+    writeln!(out, "NrOfRXPDO={}\nNrOfTXPDO={}\nLSS_Supported=1\n", info.rpdos, info.tpdos)?;
     writeln!(out, "[DummyUsage]")?;
     for index in 1..=7 {
         writeln!(out, "Dummy{index:04X}=1")?;

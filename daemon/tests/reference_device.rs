@@ -43,3 +43,24 @@ fn it_starts_by_itself_once_that_is_stored() {
     assert_eq!(sent.first().map(String::as_str), Some("701#00"));
     assert_eq!(sent.last().map(String::as_str), Some("701#05"));
 }
+
+#[test]
+fn it_sends_and_takes_multiplexed_pdos_by_its_lists() {
+    let mut bench = Bench::of(&profile(), &[&[(0, 1)], &[(0, 2)]]);
+    // TPDO 5 of node 1 sends 0x2110:01-02, RPDO 5 of node 2 takes them to 0x2110:03-04.
+    bench.write(1, 0x1FA0, 1, &0x0221_1001_u32.to_le_bytes());
+    bench.write(1, 0x1A04, 0, &[0xFE]);
+    bench.write(1, 0x1804, 1, &0x1E0_u32.to_le_bytes());
+    for message in ["602#21D01F0108000000", "602#0001011021031021", "602#1D02000000000000"] {
+        bench.send(message);
+    }
+    bench.write(2, 0x1604, 0, &[0xFE]);
+    bench.write(2, 0x1404, 1, &0x1E0_u32.to_le_bytes());
+    bench.send("000#0100");
+
+    let sent = bench.send("601#2310210277000000");
+
+    assert!(sent.contains(&"1E0#0110210277000000".into()), "{sent:?}");
+    let read = bench.send("602#4010210400000000");
+    assert!(read.contains(&"582#4310210477000000".into()), "{read:?}");
+}

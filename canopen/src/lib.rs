@@ -10,6 +10,9 @@
 //!
 //! So the RPDOs of a SYNC act before that SYNC's TPDOs are sampled, and an SDO answer never waits for a tick.
 //!
+//! Beside a node may stand who asks others on the same bus, with the same verbs: an [`SdoClient`], and a [`Master`] that boots a
+//! network.
+//!
 //! Several nodes on one link share a [`Router`], which knows who listens to which CAN-ID.
 #![forbid(unsafe_code)]
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]

@@ -197,6 +197,7 @@ fn what_the_scanner_list_has_is_sent_when_it_changes() {
     let first =
         ["381#0100600300000000", "381#0100600400000000", "381#0107200000000000", "381#0103200000000000"];
     assert_eq!(multiplex(&mut bench, 0x1802, 0x381, 0xFE), first, "each once");
+    assert_eq!(bench.configure("1803:02", 254), [], "what concerns another PDO starts nothing anew");
     bench.talk(
         "
         = 6000:03 2A

@@ -363,6 +363,7 @@ fn a_slave_that_is_operational_and_kept_alive_is_left_so() {
     let events = network.events();
     assert!(events.contains(&kept) && events.contains(&booted(2)), "{events:?}");
     assert_eq!(network.node(1).value("2107:00"), 0, "it is not configured");
+    assert!(!network.sent().contains(&"000#0101".into()), "it is not started");
     assert_eq!(network.state(1), NmtState::Operational);
 }
 
@@ -374,6 +375,11 @@ fn a_slave_that_is_kept_alive_but_not_operational_is_reset_and_booted() {
     assert!(network.sent().contains(&"000#8201".into()));
     assert_eq!(network.events(), [STARTED, booted(1)]);
     assert_eq!(network.node(1).value("2107:00"), 1);
+    // Now it is OPERATIONAL, and a boot by the application leaves it so.
+    network.master.boot(network.now, 1);
+    network.settle(Vec::new());
+    network.pass(1);
+    assert_eq!(network.events(), [MasterEvent::Booted { node_id: 1, was_operational: true }]);
 }
 
 #[test]
@@ -433,6 +439,11 @@ fn a_slave_with_the_expected_configuration_is_not_configured_again() {
     network.settle(Vec::new());
     assert_eq!(network.events(), [booted(1)]);
     assert_eq!(writes(&mut network), 0);
+    // Only the time differs.
+    let values = [(0x1F80, 0, 1), (0x1F81, 1, SLAVE), (0x1F26, 1, 0), (0x1F27, 1, 78)];
+    let mut network = Network::started(&parameters(&values, &[(1, dcf(&[(0x2107, 0, &[1, 0])]))]), &[1]);
+    assert_eq!(network.events(), [STARTED, booted(1)]);
+    assert_eq!(writes(&mut network), 1);
     // With another date and no DCF there is nothing to do it with.
     let values = [(0x1F80, 0, 1), (0x1F81, 1, SLAVE), (0x1F26, 1, 14_001)];
     let mut network = Network::started(&parameters(&values, &[]), &[1]);

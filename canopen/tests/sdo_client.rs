@@ -353,6 +353,40 @@ fn an_abort_of_the_server_ends_the_transfer_with_its_code() {
 }
 
 #[test]
+fn an_answer_that_comes_too_late_does_not_disturb_the_next_transfer() {
+    let mut client = SdoClient::of_node(1);
+    let address = Address::new(0x1017, 0);
+    assert!(client.upload(Instant::ZERO, address, 8, SdoMode::Ordinary));
+    talk(
+        &mut client,
+        "
+        > 601#4017100000000000
+        < 581#4300100092010200 // of 0x1000, asked for before
+        < 581#4B171000E8030000
+        ",
+    );
+    assert_eq!(client.poll_event(), Some(SdoEvent::Uploaded { address, data: vec![0xE8, 0x03] }));
+}
+
+#[test]
+fn a_value_without_an_announced_size_may_not_pass_the_limit_either() {
+    for (limit, is_taken) in [(14, true), (13, false)] {
+        let mut client = SdoClient::of_node(1);
+        assert!(client.upload(Instant::ZERO, DOMAIN, limit, SdoMode::Ordinary));
+        for answer in ["400F200000000000", "0001020304050607", "1101020304050607"] {
+            client.handle_frame(Instant::ZERO, &frame_of(&format!("581#{answer}")));
+        }
+        let error = SdoError::Client(AbortCode::OutOfMemory);
+        let expected = if is_taken {
+            uploaded(&[1, 2, 3, 4, 5, 6, 7, 1, 2, 3, 4, 5, 6, 7])
+        } else {
+            SdoEvent::Failed { address: DOMAIN, error }
+        };
+        assert_eq!(client.poll_event(), Some(expected), "{limit}");
+    }
+}
+
+#[test]
 fn an_owner_may_end_a_transfer() {
     let mut client = SdoClient::of_node(1);
     client.abort(AbortCode::General);

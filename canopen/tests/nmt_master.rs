@@ -525,6 +525,50 @@ fn a_slave_that_does_not_answer_to_guarding_is_lost() {
 }
 
 #[test]
+fn a_retry_factor_of_zero_tolerates_no_missing_answer() {
+    let values = [(0x1F80, 0, 1), (0x1F81, 1, SLAVE | 0x0064_0000)];
+    let mut network = Network::started(&parameters(&values, &[]), &[1]);
+    network.pass(950);
+    assert_eq!(network.events(), [STARTED, booted(1)]);
+    network.power_off(1);
+    network.pass(150);
+    assert_eq!(network.events(), [MasterEvent::Lost { node_id: 1, loss: Loss::Guarding }]);
+}
+
+#[test]
+fn a_guarded_slave_that_stops_all_is_lost_once() {
+    let values = [(0x1F80, 0, 0x41), (0x1F81, 1, SLAVE | MANDATORY | 0x0064_0200)];
+    let mut network = Network::started(&parameters(&values, &[]), &[1]);
+    network.power_off(1);
+    network.pass(10_000);
+    let lost = MasterEvent::Lost { node_id: 1, loss: Loss::Guarding };
+    assert_eq!(network.events(), [booted(1), STARTED, lost, MasterEvent::Halted]);
+    assert_eq!(network.master.poll_timeout(), None);
+}
+
+#[test]
+fn a_slave_that_never_booted_cannot_be_lost() {
+    let values = [(0x1F80, 0, 1), (0x1F81, 1, SLAVE), (0x1F86, 1, 7), (0x1016, 1, 0x0001_00FA)];
+    let mut network = Network::started(&parameters(&values, &[]), &[1]);
+    network.node(1).configure("1017:00", 100);
+    network.pass(1000);
+    network.power_off(1);
+    network.pass(1000);
+    assert_eq!(network.events(), [STARTED, failed(1, BootStatus::ProductCode)]);
+}
+
+#[test]
+fn an_optional_slave_whose_boot_up_message_was_lost_is_booted_when_it_is_heard() {
+    let values = [(0x1F80, 0, 1), (0x1F81, 2, SLAVE)];
+    let mut network = Network::started(&parameters(&values, &[]), &[]);
+    network.pass(5_000);
+    network.sent();
+    network.settle(vec![(2, frame_of("702#7F"))]);
+    assert_eq!(network.sent(), ["702#7F", "602#4000100000000000"]);
+    assert_eq!(network.master.state(2), Ok(0x7F));
+}
+
+#[test]
 fn a_slave_that_boots_without_being_told_is_booted_again() {
     let values = [(0x1F80, 0, 1), (0x1F81, 1, SLAVE)];
     let mut network = Network::started(&parameters(&values, &[]), &[1]);

@@ -1,14 +1,16 @@
 //! The SDO client (CiA 301 v4.2, section 7.2.4.3): byte for byte, against our own server whatever the bus does to their frames,
 //! and against servers that mean no good.
 
+#[path = "../bench/mod.rs"]
 mod bench;
+mod pair;
 
 use core::time::Duration;
-use std::collections::VecDeque;
 
 use bench::{Bench, frame_of};
 use canopen::{Frame, Id, SdoClient, SdoError, SdoEvent, SdoMode};
 use od::{AbortCode, Access, Address, DataType, Dictionary, Entry, Instant, Object, Schema, Value};
+use pair::{Fate, Pair};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -18,110 +20,6 @@ const LIMIT: usize = 100_000;
 
 fn pattern(len: usize) -> Vec<u8> {
     (0..len).map(|i| (i * 7 + i / 256) as u8).collect()
-}
-
-/// What happens to a frame on its way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fate {
-    Arrives,
-    IsLost,
-    ComesTwice,
-    /// The next one of the same sender overtakes it.
-    IsOvertaken,
-}
-
-/// A client and the server of node 1, on one bus.
-struct Pair {
-    client: SdoClient,
-    server: Bench,
-    /// Frames in the order of the bus; whether they come from the client.
-    wire: VecDeque<(bool, Frame)>,
-}
-
-impl Pair {
-    fn new() -> Self {
-        Self { client: SdoClient::of_node(1), server: Bench::new(), wire: VecDeque::new() }
-    }
-
-    fn server_with(data: &[u8]) -> Self {
-        let mut pair = Self::new();
-        let slot = pair.server.device.find(DOMAIN).unwrap();
-        pair.server.device.set_bytes(slot, data);
-        pair
-    }
-
-    /// Takes what the client has to send.
-    fn collect(&mut self) {
-        self.wire.extend(core::iter::from_fn(|| self.client.poll_transmit()).map(|frame| (true, frame)));
-    }
-
-    fn deliver(&mut self, is_request: bool, frame: &Frame) {
-        if is_request {
-            let answers = self.server.handle(frame);
-            self.wire.extend(answers.into_iter().map(|answer| (false, answer)));
-        } else {
-            self.client.handle_frame(self.server.now, frame);
-        }
-        self.collect();
-    }
-
-    /// Lets everything happen until the client is done.
-    fn run(&mut self, mut fate: impl FnMut(bool, &Frame) -> Fate) -> SdoEvent {
-        self.collect();
-        loop {
-            if let Some(event) = self.client.poll_event() {
-                return event;
-            }
-            let Some((is_request, frame)) = self.wire.pop_front() else {
-                self.wait();
-                continue;
-            };
-            match fate(is_request, &frame) {
-                Fate::Arrives => self.deliver(is_request, &frame),
-                Fate::IsLost => {}
-                Fate::ComesTwice => {
-                    self.deliver(is_request, &frame);
-                    self.deliver(is_request, &frame);
-                }
-                Fate::IsOvertaken => {
-                    let next = self.wire.front().filter(|(other, _)| *other == is_request).copied();
-                    if let Some((_, next)) = next {
-                        self.wire.pop_front();
-                        self.deliver(is_request, &next);
-                    }
-                    self.deliver(is_request, &frame);
-                }
-            }
-        }
-    }
-
-    /// Time passes to the next deadline of either side.
-    fn wait(&mut self) {
-        let deadlines = [self.client.poll_timeout(), self.server.node.poll_timeout()];
-        let next = deadlines.into_iter().flatten().min().expect("a client that waits has a deadline");
-        let answers = self.server.pass(next.saturating_since(self.server.now));
-        self.wire.extend(answers.into_iter().map(|answer| (false, answer)));
-        self.client.handle_timeout(self.server.now);
-        self.collect();
-    }
-
-    fn upload(&mut self, mode: SdoMode, fate: impl FnMut(bool, &Frame) -> Fate) -> SdoEvent {
-        assert!(self.client.upload(self.server.now, DOMAIN, LIMIT, mode));
-        self.run(fate)
-    }
-
-    fn download(&mut self, data: &[u8], mode: SdoMode, fate: impl FnMut(bool, &Frame) -> Fate) -> SdoEvent {
-        assert!(self.client.download(self.server.now, DOMAIN, data.to_vec(), mode));
-        self.run(fate)
-    }
-
-    fn stored(&self) -> Vec<u8> {
-        let slot = self.server.device.find(DOMAIN).unwrap();
-        match self.server.device.value(slot).unwrap() {
-            Value::Bytes(bytes) => bytes.to_vec(),
-            Value::Fixed(_) => unreachable!("a domain"),
-        }
-    }
 }
 
 fn all_is_well(_: bool, _: &Frame) -> Fate {
@@ -259,17 +157,6 @@ fn every_size_goes_both_ways_in_every_mode() {
             assert_eq!(pair.upload(mode, all_is_well), uploaded(&data), "{size} {mode:?}");
             pair.run_out();
         }
-    }
-}
-
-impl Pair {
-    /// Delivers what is still on the wire: nobody may be left waiting.
-    fn run_out(&mut self) {
-        while let Some((is_request, frame)) = self.wire.pop_front() {
-            self.deliver(is_request, &frame);
-        }
-        assert_eq!(self.client.poll_timeout(), None);
-        assert_eq!(self.server.node.poll_timeout(), None);
     }
 }
 

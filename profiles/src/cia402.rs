@@ -1,5 +1,6 @@
 //! The drive as IEC 61800-7-201 (CiA 402-2) describes it: state machine, modes, units.
 
+mod context;
 mod drive;
 mod fault;
 pub(crate) mod inputs_outputs;
@@ -16,7 +17,8 @@ mod watch;
 mod window;
 mod word;
 
-pub(crate) use drive::{Context, Drive402, View};
+pub(crate) use context::{Context, View};
+pub(crate) use drive::Drive402;
 pub use fault::Fault;
 pub(crate) use limits::of_motor as limits_of;
 pub use modes::Mode;

@@ -1,88 +1,13 @@
 //! One drive: the state machine and the modes over one axis.
 
-use axis::{Acceleration, Axis, DriveFault, DriveState, Motion};
+use axis::{Acceleration, DriveFault, DriveState, Motion};
 
 use super::fault::Fault;
-use super::modes::{self, Active, ModeBits};
+use super::modes::{Active, ModeBits};
 use super::options::{self, AbortConnection, QuickStopOption, Ramp};
 use super::watch::{SpeedWatch, warns};
-use super::{Command, Controlword, Mode, SetPoints, State, Statusword, Transition, limits};
-use crate::slots::Parameters;
-use crate::{Binding, Dialect, Motor};
-
-/// What a drive works with: its objects and its axis.
-pub(crate) struct Context<'a> {
-    pub(crate) parameters: Parameters<'a>,
-    pub(crate) axis: &'a mut Axis,
-    pub(crate) motor: &'a Motor,
-    /// The set-points that were written just now.
-    pub(crate) written: SetPoints,
-    /// Whose drive it is, where vendors differ.
-    pub(crate) dialect: Dialect,
-    /// The axis knows its home position.
-    pub(crate) is_referenced: &'a mut bool,
-    /// The mode in effect when the drive was called.
-    pub(crate) mode: Mode,
-    /// The vendor's own words run the axis; the drive leaves its power alone until it operates or there is a fault.
-    pub(crate) is_lent: bool,
-    /// A limit switch that is met may be an error.
-    pub(crate) minds_limit_switches: bool,
-}
-
-impl Context<'_> {
-    /// Switches the axis off, unless others run it.
-    fn power_off(&mut self) {
-        if !self.is_lent {
-            self.axis.power_off();
-        }
-    }
-
-    /// Takes the axis over from others, with the limits and reactions of the objects.
-    fn take_over(&mut self) {
-        if self.is_lent {
-            self.apply_limits();
-            options::guard_axis(self);
-        }
-    }
-
-    /// Puts the limits of the objects on the axis.
-    pub(crate) fn apply_limits(&mut self) {
-        limits::apply(self);
-    }
-
-    /// The ramp that ends a motion in its mode.
-    pub(crate) fn slow_down_ramp(&self) -> Acceleration {
-        if self.mode == Mode::Velocity {
-            return modes::vl_deceleration(self);
-        }
-        let acceleration = self.parameters.or(Binding::ProfileAcceleration, 0);
-        self.parameters.units.acceleration(self.parameters.or(Binding::ProfileDeceleration, acceleration))
-    }
-
-    /// The ramp of a quick stop.
-    pub(crate) fn quick_stop_ramp(&self) -> Acceleration {
-        if self.mode == Mode::Velocity {
-            return modes::vl_quick_stop(self);
-        }
-        self.parameters.units.acceleration(self.parameters.or(Binding::QuickStopDeceleration, 0))
-    }
-}
-
-/// What a drive shows its state from.
-#[derive(Clone, Copy)]
-pub(crate) struct View<'a> {
-    pub(crate) parameters: Parameters<'a>,
-    pub(crate) axis: &'a Axis,
-}
-
-impl View<'_> {
-    /// Whether the actual velocity counts as zero.
-    pub(crate) fn is_standing(&self) -> bool {
-        let window = self.parameters.or(Binding::VelocityWindow, 0);
-        let threshold = self.parameters.or(Binding::VelocityThreshold, window);
-        self.axis.status().actual.velocity.abs() <= self.parameters.units.velocity(threshold)
-    }
-}
+use super::{Command, Context, Controlword, Mode, SetPoints, State, Statusword, Transition, View};
+use crate::{Binding, Dialect};
 
 /// One drive of a device.
 #[derive(Debug)]

@@ -13,6 +13,6 @@ mod units;
 mod veto;
 
 pub(crate) use ethernet::reaction_to_silence;
-pub(crate) use module::{Module, levels, stops_on_error};
+pub(crate) use module::{Module, is_endless, levels, stops_on_error};
 pub(crate) use objects::{is_stepper_homing, object_of, taken};
 pub(crate) use veto::{of_fastmac, of_register};

@@ -4,7 +4,7 @@ use axis::{Acceleration, Limits, Period, PositionRange, Torque, TorqueLimit, Vel
 
 use super::{Context, units};
 use crate::slots::Parameters;
-use crate::{Binding, Dialect, Motor};
+use crate::{Binding, Dialect, Motor, jvl};
 
 /// What the motor can do: the limits of an axis before any object narrows them.
 pub(crate) fn of_motor(motor: &Motor) -> Limits {
@@ -86,8 +86,11 @@ fn current_limit(parameters: Parameters<'_>, motor: &Motor) -> Option<Torque> {
 }
 
 /// 0x607D. By the standard it counts from the machine home position, so 0x607C is taken off; the module manual knows
-/// nothing of that.
+/// nothing of that. Where places have no lasting numbers there is no limit.
 fn software_limits(parameters: Parameters<'_>, dialect: Dialect) -> Option<PositionRange> {
+    if jvl::is_endless(parameters) {
+        return None;
+    }
     let min = parameters.get(Binding::MinPositionLimit)?;
     let max = parameters.get(Binding::MaxPositionLimit)?;
     let offset = match dialect {

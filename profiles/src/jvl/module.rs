@@ -393,3 +393,9 @@ fn level(parameters: Parameters<'_>, input: Inputs) -> Level {
     let highs = Inputs::from_bits_truncate(parameters.or(Binding::JvlInputLevel, 0x3F) as u8);
     if highs.contains(input) { Level::High } else { Level::Low }
 }
+/// Whether relative set-points of profile position mode move the numbers of the places instead of the actual position:
+/// 0x2011:08, bit 7.
+pub(crate) fn is_endless(parameters: Parameters<'_>) -> bool {
+    parameters.or(Binding::JvlSetup, 0) >> 7 & 1 == 1
+}
+

@@ -96,7 +96,9 @@ impl ProfilePosition {
     }
 
     fn take(&mut self, word: Controlword, context: &mut Context<'_>) {
-        let next = SetPoint::read(word, context);
+        let Some(next) = SetPoint::read(word, context) else { return };
+        // What moves the numbers of the places moves that of the home position, too.
+        *context.is_referenced &= !next.is_endless();
         if next.start == Start::Immediately {
             self.waiting = Buffer::default();
             self.is_acknowledged = true;
@@ -136,15 +138,18 @@ impl ProfilePosition {
         }
     }
 
-    fn target(&self, aim: Aim, axis: &Axis) -> Position {
-        let status = axis.status();
+    fn target(&self, aim: Aim, axis: &mut Axis) -> Position {
+        let (demand, actual) = (axis.status().demand.position, axis.status().actual.position);
+        let before = self.active.map_or(demand, |active| active.target);
         match aim {
             Aim::At(target) => target,
-            Aim::By(distance, Base::Target) => {
-                self.active.map_or(status.demand.position, |active| active.target) + distance
+            Aim::By(distance, Base::Target) => before + distance,
+            Aim::By(distance, Base::Demand) => demand + distance,
+            Aim::By(distance, Base::Actual) => actual + distance,
+            Aim::Endless(distance) => {
+                axis.set_position(actual - distance);
+                before
             }
-            Aim::By(distance, Base::Demand) => status.demand.position + distance,
-            Aim::By(distance, Base::Actual) => status.actual.position + distance,
         }
     }
 

@@ -3,7 +3,7 @@
 use axis::{Base, Position, Profile, Velocity};
 
 use crate::cia402::{Context, Controlword, ramps};
-use crate::{Binding, Dialect};
+use crate::{Binding, Dialect, jvl};
 
 /// A set-point as it was when the new-set-point bit rose.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +22,8 @@ pub(super) enum Aim {
     At(Position),
     /// By a distance, counted when the set-point comes into force.
     By(Position, Base),
+    /// By a distance, at whose end the axis is called what it was called before (JVL module manual, section 4.3.12).
+    Endless(Position),
 }
 
 /// When a set-point comes into force (IEC 61800-7-201, profile position mode, bits 9, 5 and 4).
@@ -80,30 +82,36 @@ impl Options {
 }
 
 impl SetPoint {
-    /// Reads a set-point from the objects.
-    pub(super) fn read(word: Controlword, context: &Context<'_>) -> Self {
+    /// Reads a set-point from the objects; `None` if it is a place and places have no lasting numbers.
+    pub(super) fn read(word: Controlword, context: &Context<'_>) -> Option<Self> {
         let Context { parameters, axis, .. } = context;
         let options = Options::read(context);
         let value = parameters.or(Binding::TargetPosition, 0);
-        let aim = if word.contains(Controlword::RELATIVE) {
-            Aim::By(parameters.units.way(value), options.base())
-        } else {
-            Aim::At(parameters.units.position(value, axis.status().demand.position))
+        let aim = match (word.contains(Controlword::RELATIVE), jvl::is_endless(*parameters)) {
+            (true, true) => Aim::Endless(parameters.units.way(value)),
+            (true, false) => Aim::By(parameters.units.way(value), options.base()),
+            (false, true) => return None,
+            (false, false) => Aim::At(parameters.units.position(value, axis.status().demand.position)),
         };
         let velocity = parameters.units.velocity(parameters.or(Binding::ProfileVelocity, 0));
-        Self {
+        Some(Self {
             aim,
             start: Start::of(word, options),
             profile: ramps::profile(*parameters, velocity),
             end_velocity: parameters.units.velocity(parameters.or(Binding::EndVelocity, 0)),
-        }
+        })
+    }
+
+    /// Whether it moves the numbers of the places.
+    pub(super) fn is_endless(&self) -> bool {
+        matches!(self.aim, Aim::Endless(_))
     }
 
     /// Which way it leads from `from`: ±1 or 0.
     pub(super) fn direction(&self, from: Position) -> f64 {
         match self.aim {
             Aim::At(target) => direction(target - from),
-            Aim::By(distance, _) => direction(distance),
+            Aim::By(distance, _) | Aim::Endless(distance) => direction(distance),
         }
     }
 }

@@ -287,6 +287,8 @@ bindings! {
     JvlInputs = "jvl_inputs",
     /// JVL 0x2011:03: state of the motor in bits.
     JvlMotorStatus = "jvl_motor_status",
+    /// JVL 0x2011:04: ERR_STAT of the motor at its last fatal error.
+    JvlLastError = "jvl_last_error",
     /// JVL 0x2100: torque limit of homing.
     JvlHomingTorque = "jvl_homing_torque",
     /// JVL 0x2101: the analogue input of the motor.

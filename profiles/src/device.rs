@@ -14,7 +14,7 @@ use od::{Dictionary, Instant, Slot};
 use crate::cia402::{Fault, Mode, State, Statusword};
 use crate::mac4::Card;
 use crate::simulated::Simulated;
-use crate::{Binding, Dialect, PlantSetup, Profile};
+use crate::{Binding, Dialect, PlantSetup, Profile, Space};
 
 use storage::Storing;
 use unit::Unit;
@@ -146,6 +146,11 @@ impl Device {
         }
         while let Some(slot) = self.dictionary.take_written() {
             self.profile.registers.normalise(&mut self.dictionary, slot);
+            if self.profile.registers.space_of(slot) == Some(Space::Motor)
+                && let Some(unit) = self.units.first_mut()
+            {
+                unit.vendor.note_passed();
+            }
             if let Some(role) = self.profile.registers.role_of(slot)
                 && let Some(unit) = self.units.first_mut()
             {
@@ -310,8 +315,8 @@ impl Device {
     fn tell_fault(&mut self, number: usize) {
         let has_several = self.units.len() > 1;
         let Some(unit) = self.units.get_mut(number) else { return };
-        let axis = if has_several { number as u8 + 1 } else { 0 };
-        let fault = unit.drive.fault().map(|fault| fault.on_axis(axis));
+        let fault = unit.drive.fault().map(|fault| unit.vendor.detailed(fault));
+        let fault = if has_several { fault.map(|fault| fault.on_axis(number as u8 + 1)) } else { fault };
         let shown = core::mem::replace(&mut unit.shown_fault, fault);
         if shown == fault {
             return;

@@ -5,10 +5,12 @@ mod ethernet;
 mod fastmac;
 mod follower;
 mod groups;
+mod mirror;
 mod module;
 mod motor;
 mod objects;
 mod stepper;
+mod traffic;
 mod units;
 mod veto;
 

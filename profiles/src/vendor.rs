@@ -59,6 +59,8 @@ pub(crate) enum Wish {
     Restore(Space),
     /// Let the motor start anew with the registers it has kept.
     Reset,
+    /// Let its module start anew with the registers it has kept.
+    ResetModule,
 }
 
 impl Wish {
@@ -228,6 +230,30 @@ impl Vendor {
         }
     }
 
+    /// Starts the module anew; its registers have their power-on values.
+    pub(crate) fn restart_module(&mut self, scope: &mut Scope<'_>) {
+        match self {
+            Self::None | Self::Mac4(_) => {}
+            Self::Jvl(module) => module.restart_module(scope),
+        }
+    }
+
+    /// Notes that a register of the motor is passed on.
+    pub(crate) fn note_passed(&mut self) {
+        match self {
+            Self::None | Self::Mac4(_) => {}
+            Self::Jvl(module) => module.note_passed(),
+        }
+    }
+
+    /// Whether it waits for something while the axis may be off and at rest.
+    pub(crate) fn is_settling(&self) -> bool {
+        match self {
+            Self::None | Self::Mac4(_) => false,
+            Self::Jvl(module) => module.is_settling(),
+        }
+    }
+
     /// The next thing that the device is to do.
     pub(crate) fn poll_wish(&mut self) -> Option<Wish> {
         match self {
@@ -267,6 +293,14 @@ impl Vendor {
         match self {
             Self::None | Self::Mac4(_) => None,
             Self::Jvl(module) => module.error(),
+        }
+    }
+
+    /// The fault with what the vendor has to say of it.
+    pub(crate) fn detailed(&self, fault: Fault) -> Fault {
+        match self {
+            Self::None | Self::Mac4(_) => fault,
+            Self::Jvl(module) => module.detailed(fault),
         }
     }
 

@@ -53,6 +53,14 @@ impl Fault {
         Self { code: 0x1001, register: 0, detail: [0; 5] }
     }
 
+    /// The same fault with what the motor's ERR_STAT was, in the order of JVL's CANopen modules: bits 15-8, 7-0, 23-16
+    /// and 31-24.
+    pub(crate) fn with_motor_status(mut self, status: u32) -> Self {
+        let [lowest, low, high, highest] = status.to_le_bytes();
+        self.detail = [low, lowest, high, highest, 0];
+        self
+    }
+
     /// JVL's module does not hear its motor any more: "Internal communication error" (module manual, section 4.3.18).
     pub(crate) fn motor_lost() -> Self {
         Self { code: 0x1003, register: 0, detail: [0; 5] }

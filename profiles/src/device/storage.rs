@@ -62,6 +62,7 @@ impl Device {
             {
                 match wish {
                     Wish::Reset => self.restart_motor(number, now),
+                    Wish::ResetModule => self.restart_module(number, now),
                     Wish::Restore(space) => self.store(StoreOrder { space, keep: Keep::Defaults }, None),
                     Wish::Store { space, then_reset } => {
                         let restarts = then_reset.then_some(number);
@@ -84,6 +85,16 @@ impl Device {
         self.profile.registers.refresh(&mut self.dictionary);
         if let Some(unit) = self.units.get_mut(number) {
             unit.restart_motor(&mut self.dictionary, now);
+        }
+    }
+
+    /// The module starts anew with the registers it has kept; the motor runs on.
+    fn restart_module(&mut self, number: usize, now: Instant) {
+        let profile = &self.profile;
+        self.dictionary.restart(|index| profile.has_registers(Space::Module, index));
+        self.profile.registers.refresh(&mut self.dictionary);
+        if let Some(unit) = self.units.get_mut(number) {
+            unit.restart_module(&mut self.dictionary, now);
         }
     }
 }

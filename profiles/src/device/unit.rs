@@ -219,7 +219,7 @@ impl Unit {
             }
             simulated += period;
             self.step(dictionary, due);
-            let is_quiet = self.axis.is_quiet();
+            let is_quiet = self.axis.is_quiet() && !self.vendor.is_settling();
             self.is_dozing = is_quiet && self.vendor.is_changing();
             let pause = if self.is_dozing { DOZE } else { period };
             self.next = (!is_quiet || self.is_dozing).then(|| due + pause);
@@ -304,6 +304,15 @@ impl Unit {
         let (vendor, mut scope) = self.scope(dictionary);
         vendor.restart(&mut scope);
         self.read_units(dictionary);
+        self.schedule(now);
+    }
+
+    /// Starts the module of the motor anew; its registers have their power-on values.
+    pub(super) fn restart_module(&mut self, dictionary: &mut Dictionary, now: Instant) {
+        let (vendor, mut scope) = self.scope(dictionary);
+        vendor.restart_module(&mut scope);
+        let (drive, _, mut context) = self.split(dictionary);
+        drive.handle_parameters(&mut context);
         self.schedule(now);
     }
 
@@ -392,7 +401,7 @@ impl Unit {
 
     /// Schedules the next step if the axis may do anything.
     pub(super) fn wake(&mut self, now: Instant) {
-        if !self.axis.is_quiet() {
+        if !self.axis.is_quiet() || self.vendor.is_settling() {
             self.schedule(now);
         }
     }

@@ -8,8 +8,10 @@ use od::Dictionary;
 
 use super::command::Command;
 use super::fastmac::FastMac;
+use super::mirror::Mirror;
 use super::motor::MacMotor;
 use super::stepper::MisMotor;
+use super::traffic::Traffic;
 
 use crate::cia402::units;
 use crate::cia402::{AbortConnection, Drive402, View};
@@ -30,6 +32,20 @@ pub(crate) struct Module {
     /// A PDO was dropped because too many waited for the motor.
     has_overflowed: bool,
     wishes: VecDeque<Wish>,
+    last_error: LastError,
+    mirror: Mirror,
+    /// O1 and O2, if they are those of the motor.
+    outputs: Option<u32>,
+    traffic: Traffic,
+}
+
+/// The last fatal error of the motor.
+#[derive(Clone, Copy, Debug, Default)]
+struct LastError {
+    /// ERR_STAT when it came.
+    status: u32,
+    /// It lasts.
+    is_present: bool,
 }
 
 /// Whose registers are alive.
@@ -59,6 +75,10 @@ impl Module {
             motor,
             has_overflowed: false,
             wishes: VecDeque::new(),
+            last_error: LastError::default(),
+            mirror: Mirror::default(),
+            outputs: None,
+            traffic: Traffic::default(),
         }
     }
 
@@ -86,11 +106,29 @@ impl Module {
     /// Notes that the queue between module and motor has overflowed, or is empty again.
     pub(crate) fn set_overflow(&mut self, has_overflowed: bool) {
         self.has_overflowed = has_overflowed;
+        if has_overflowed {
+            self.traffic.drop_one();
+        }
+    }
+
+    /// Notes that a register of the motor is passed on.
+    pub(crate) fn note_passed(&mut self) {
+        self.traffic.pass();
+    }
+
+    /// Whether an input is not yet taken for stable.
+    pub(crate) fn is_settling(&self) -> bool {
+        self.mirror.is_settling()
     }
 
     /// The error that stands beside the fault of the drive.
     pub(crate) fn error(&self) -> Option<Fault> {
         self.has_overflowed.then(Fault::queue_overflow)
+    }
+
+    /// The fault with the motor's ERR_STAT, if it is an error of the motor.
+    pub(crate) fn detailed(&self, fault: Fault) -> Fault {
+        if fault == Fault::motor() { fault.with_motor_status(self.last_error.status) } else { fault }
     }
 
     /// Whether the motor runs the axis by its registers.
@@ -129,6 +167,7 @@ impl Module {
         if core::mem::take(&mut self.has_fastmac)
             && let Some(command) = FastMac::from_number(fastmac)
         {
+            self.traffic.pass();
             match &mut self.motor {
                 Registers::Plain => {}
                 Registers::Mac(motor) => motor.command(command, scope),
@@ -136,6 +175,7 @@ impl Module {
             }
         }
         self.obey(scope);
+        self.mirror.look(0.0, scope);
     }
 
     /// Carries out the command of 0x2010.
@@ -162,13 +202,20 @@ impl Module {
             Command::None => {}
             Command::SaveModule => self.store(Space::Module),
             Command::RestoreModule => Wish::Restore(Space::Module).join(&mut self.wishes),
-            Command::ResetMotor => Wish::Reset.join(&mut self.wishes),
+            Command::ResetModule => Wish::ResetModule.join(&mut self.wishes),
+            Command::ResetBoth => {
+                Wish::Reset.join(&mut self.wishes);
+                Wish::ResetModule.join(&mut self.wishes);
+            }
             Command::SaveMotor => self.store(Space::Motor),
-            Command::Motor(number) => match &mut self.motor {
-                Registers::Plain => {}
-                Registers::Mac(motor) => motor.handle_command(number, scope),
-                Registers::Mis(motor) => motor.handle_command(number, scope),
-            },
+            Command::Motor(number) => {
+                self.traffic.pass();
+                match &mut self.motor {
+                    Registers::Plain => {}
+                    Registers::Mac(motor) => motor.handle_command(number, scope),
+                    Registers::Mis(motor) => motor.handle_command(number, scope),
+                }
+            }
         }
     }
 
@@ -178,6 +225,7 @@ impl Module {
 
     /// Follows the axis after a raster step. The error of a lost motor is over when the motor is heard again.
     pub(crate) fn step(&mut self, scope: &mut Scope<'_>) {
+        self.traffic.step(scope.axis.status().drive);
         if scope.axis.status().drive != DriveState::Lost {
             let (drive, mut context) = scope.drive();
             drive.reset_only(Fault::motor_lost(), &mut context);
@@ -187,6 +235,18 @@ impl Module {
             Registers::Mac(motor) => motor.step(scope),
             Registers::Mis(motor) => motor.step(scope),
         }
+        self.mirror.look(scope.axis.period().seconds(), scope);
+    }
+
+    /// Starts the module anew; its registers have their power-on values. Which command was the last one it knows still,
+    /// so that one that is held does not act again.
+    pub(crate) fn restart_module(&mut self, scope: &mut Scope<'_>) {
+        self.has_overflowed = false;
+        self.last_error.status = 0;
+        self.mirror = Mirror::default();
+        self.traffic.restart();
+        scope.show_register(Role::ModuleCommand, self.command.cast_signed());
+        self.mirror.look(0.0, scope);
     }
 
     /// Whether the motor is still cooling down, or shows the time.
@@ -249,13 +309,16 @@ impl Module {
         let motor_status = self.status(scope.drive, scope.view());
         let inputs = inputs(scope.parameters(), &scope.axis.status().inputs);
         let limits = i32::from(inputs >> 4 & 0b11);
+        let is_lost = i32::from(scope.axis.status().drive == DriveState::Lost);
         let actual = scope.axis.status().actual;
         let per_sample = actual.velocity.0 * scope.axis.period().seconds();
         scope.show(Binding::JvlMotorStatus, i64::from(motor_status.bits()));
         scope.show(Binding::JvlInputs, i64::from(inputs));
         scope.show(Binding::JvlAnalogInput, i64::from(analog_input(scope.analog_input)));
         scope.show_register(Role::ModuleInputs, i32::from(inputs & 0b1111));
-        scope.show_register(Role::ModuleStatusBits, limits << NEGATIVE_LIMIT_BIT);
+        scope.show_register(Role::ModuleStatusBits, limits << NEGATIVE_LIMIT_BIT | is_lost << LOST_BIT);
+        self.traffic.show(scope);
+        self.mirror.show(scope);
         match &mut self.motor {
             Registers::Plain => {
                 scope.show_register(Role::PIst, units::counter(actual.position) as i32);
@@ -264,16 +327,38 @@ impl Module {
             Registers::Mac(motor) => motor.show(scope),
             Registers::Mis(motor) => motor.show(scope),
         }
+        self.show_last_error(scope);
+        self.outputs = self.mirror.outputs(self.motor_status(scope));
     }
 
-    /// O1 and O2: 0x2011:02, or "in position" and "error" where 0x2011:05 says so (module manual, sections 4.3.6 and
+    /// Keeps ERR_STAT when a fatal error of the motor comes, and shows it (module manual, section 4.3.8).
+    fn show_last_error(&mut self, scope: &mut Scope<'_>) {
+        let is_present = scope.drive.fault() == Some(Fault::motor());
+        if is_present && !self.last_error.is_present {
+            self.last_error.status = self.motor_status(scope);
+        }
+        self.last_error.is_present = is_present;
+        scope.show(Binding::JvlLastError, i64::from(self.last_error.status as u16));
+    }
+
+    /// ERR_STAT of the motor.
+    fn motor_status(&self, scope: &mut Scope<'_>) -> u32 {
+        match &self.motor {
+            Registers::Plain => 0,
+            Registers::Mac(motor) => motor.error_status(scope),
+            Registers::Mis(_) => scope.register(Role::ErrStat).cast_unsigned(),
+        }
+    }
+
+    /// O1 and O2: 0x2011:02 or what the motor gives them, or "in position" and "error" where 0x2011:05 says so (module manual, sections 4.3.6 and
     /// 4.3.9). The standard's outputs 0x60FE are the same two.
     pub(crate) fn outputs(&self, drive: &Drive402, view: View<'_>, standard: u32) -> u32 {
         if let Registers::Mis(motor) = &self.motor {
             return u32::from(motor.outputs());
         }
         let (parameters, status) = (view.parameters, self.status(drive, view));
-        let own = parameters.or(Binding::JvlOutputs, 0) as u32 | standard;
+        let commanded = parameters.or(Binding::JvlOutputs, 0) as u32 | standard;
+        let own = self.outputs.unwrap_or(commanded);
         let setup = parameters.or(Binding::JvlOutputSetup, 0) as u32;
         let in_position = u32::from(status.contains(MotorStatus::IN_POSITION));
         let errors = MotorStatus::MOTOR_ERROR | MotorStatus::DISCONNECTED | MotorStatus::LIMIT_SWITCH_ERROR;
@@ -316,8 +401,9 @@ bitflags! {
     }
 }
 
-/// Bit of module register 48 that shows the negative limit switch; the positive one is next (Ethernet module manual,
-/// section 8.2.18).
+/// Bits of module register 48 that show that the motor is not heard, and the negative limit switch; the positive one is
+/// next (Ethernet module manual, section 8.2.18).
+const LOST_BIT: u32 = 7;
 const NEGATIVE_LIMIT_BIT: u32 = 14;
 
 /// Commands of 0x2010 (module manual, section 4.3.4).
@@ -388,14 +474,14 @@ pub(crate) fn stops_on_error(parameters: Parameters<'_>) -> bool {
     parameters.or(Binding::JvlSetup, 0) >> 6 & 1 == 1
 }
 
-/// The active level of an input, 0x2011:06.
-fn level(parameters: Parameters<'_>, input: Inputs) -> Level {
-    let highs = Inputs::from_bits_truncate(parameters.or(Binding::JvlInputLevel, 0x3F) as u8);
-    if highs.contains(input) { Level::High } else { Level::Low }
-}
 /// Whether relative set-points of profile position mode move the numbers of the places instead of the actual position:
 /// 0x2011:08, bit 7.
 pub(crate) fn is_endless(parameters: Parameters<'_>) -> bool {
     parameters.or(Binding::JvlSetup, 0) >> 7 & 1 == 1
 }
 
+/// The active level of an input, 0x2011:06.
+fn level(parameters: Parameters<'_>, input: Inputs) -> Level {
+    let highs = Inputs::from_bits_truncate(parameters.or(Binding::JvlInputLevel, 0x3F) as u8);
+    if highs.contains(input) { Level::High } else { Level::Low }
+}

@@ -56,6 +56,8 @@ pub(crate) struct MacMotor {
     errors: Errors,
     /// What it is doing, as of the last sample.
     flags: Flags,
+    /// The outputs that a program of the motor has set.
+    outputs: Flags,
     /// The position limits are off until the motor is within them.
     has_limits_off: bool,
     /// Samples on end within the in-position window.
@@ -95,6 +97,7 @@ impl MacMotor {
             relative: Relative::No,
             errors: Errors::empty(),
             flags: Flags::empty(),
+            outputs: Flags::empty(),
             has_limits_off: false,
             samples_inside: 0,
             is_homed: false,
@@ -112,6 +115,11 @@ impl MacMotor {
     /// Whether a mode runs the axis.
     pub(crate) fn runs_axis(&self) -> bool {
         self.active.is_some()
+    }
+
+    /// ERR_STAT as it is now.
+    pub(crate) fn error_status(&self, scope: &mut Scope<'_>) -> u32 {
+        self.status(&self.sample(scope)).cast_unsigned()
     }
 
     /// Whether the motor is where, or as fast as, it should be.

@@ -30,8 +30,12 @@ pub(crate) fn of_register(role: Role, is_stepper: bool) -> Option<Veto> {
 fn goes_on(raw: u64, moves: fn(u32) -> bool) -> bool {
     match Command::of(raw as u32) {
         Command::Motor(number) => moves(number),
-        Command::ResetMotor => true,
-        Command::None | Command::SaveModule | Command::RestoreModule | Command::SaveMotor => false,
+        Command::ResetBoth => true,
+        Command::None
+        | Command::ResetModule
+        | Command::SaveModule
+        | Command::RestoreModule
+        | Command::SaveMotor => false,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use od::{Dictionary, Schema, Slot};
 
-use super::{Format, RegisterList, Role};
+use super::{Format, RegisterList, Role, Space};
 
 /// Where the registers of an axis are kept and how they hold what they show. It has no values: those are in the
 /// dictionary, and all devices of a kind share one register file.
@@ -24,6 +24,7 @@ struct Cell {
     /// A register of 32 bits that takes two numbers and its high word have each other.
     partner: Option<Slot>,
     role: Option<Role>,
+    space: Space,
     number: u16,
 }
 
@@ -37,22 +38,23 @@ impl Default for RegisterFile {
 impl RegisterFile {
     /// The registers of `motor` and `module` among the entries of `schema`.
     pub(crate) fn new(schema: &Schema, motor: Option<&RegisterList>, module: Option<&RegisterList>) -> Self {
-        let motor_cells = motor.into_iter().flat_map(|list| cells(schema, list));
-        let module_cells = module.into_iter().flat_map(|list| cells(schema, list));
-        let mut cells: Vec<(Cell, bool)> = motor_cells.map(|cell| (cell, true)).collect();
-        cells.extend(module_cells.map(|cell| (cell, false)));
-        cells.sort_unstable_by_key(|(cell, _)| cell.slot);
+        let motor_cells = motor.into_iter().flat_map(|list| cells(schema, list, Space::Motor));
+        let module_cells = module.into_iter().flat_map(|list| cells(schema, list, Space::Module));
+        let mut cells: Vec<Cell> = motor_cells.chain(module_cells).collect();
+        cells.sort_unstable_by_key(|cell| cell.slot);
         let mut file = Self::default();
         file.numbers.resize(motor.map_or(0, |list| list.registers.len()), None);
-        for (position, (cell, is_motor)) in (0_u16..).zip(&cells) {
+        for (position, cell) in (0_u16..).zip(&cells) {
             if let Some(place) = cell.role.and_then(|role| file.roles.get_mut(role as usize)) {
                 *place = Some(position);
             }
-            if let Some(place) = file.numbers.get_mut(usize::from(cell.number)).filter(|_| *is_motor) {
+            if let Some(place) =
+                file.numbers.get_mut(usize::from(cell.number)).filter(|_| cell.space == Space::Motor)
+            {
                 *place = Some(position);
             }
         }
-        file.cells = cells.into_iter().map(|(cell, _)| cell).collect();
+        file.cells = cells;
         file
     }
 
@@ -115,6 +117,12 @@ impl RegisterFile {
         self.by_slot(slot).map(|cell| cell.number)
     }
 
+    /// Whose register is at `slot`, if there is one.
+    #[must_use]
+    pub fn space_of(&self, slot: Slot) -> Option<Space> {
+        self.by_slot(slot).map(|cell| cell.space)
+    }
+
     /// Gives what a bus has just written at `slot` the form that its register has: the low 16 bits of a word, zero for
     /// a reserved number. A high word that was written replaces that of the register before; when both were written
     /// at once, it does so afterwards.
@@ -154,7 +162,7 @@ impl RegisterFile {
 }
 
 /// The registers of a list that entries show.
-fn cells<'l>(schema: &'l Schema, list: &'l RegisterList) -> impl Iterator<Item = Cell> + 'l {
+fn cells<'l>(schema: &'l Schema, list: &'l RegisterList, space: Space) -> impl Iterator<Item = Cell> + 'l {
     let slot_of = |number: u16| schema.slot(list.get(number)?.place?);
     list.registers.iter().filter_map(move |register| {
         let next = register.number.checked_add(1);
@@ -168,6 +176,7 @@ fn cells<'l>(schema: &'l Schema, list: &'l RegisterList) -> impl Iterator<Item =
             format: register.format,
             partner: partner.and_then(slot_of),
             role: register.role,
+            space,
             number: register.number,
         })
     })

@@ -57,7 +57,12 @@ impl Bench {
 
     /// Writes the command register of the module, which no CANopen master reaches.
     pub(crate) fn command_module(&mut self, value: u32) -> Result<(), AbortCode> {
-        let place = self.device.profile().register(Space::Module, 15).unwrap().place.unwrap();
+        self.write_module(15, value)
+    }
+
+    /// Writes any register of the module.
+    pub(crate) fn write_module(&mut self, number: u16, value: u32) -> Result<(), AbortCode> {
+        let place = self.device.profile().register(Space::Module, number).unwrap().place.unwrap();
         let slot = self.device.dictionary().schema().slot(place).unwrap();
         let write = Write { slot, data: Data::Raw(value.into()) };
         self.device.dictionary_mut().write(MASTER, &[write]).map_err(|refusal| refusal.code)?;

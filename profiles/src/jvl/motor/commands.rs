@@ -210,7 +210,8 @@ impl MacMotor {
         self.flags -= Flags::IN_POSITION | Flags::ACCELERATING | Flags::DECELERATING;
     }
 
-    /// ERR_STAT was written: errors whose bits are zero are cleared, none is set. On the small motors it also says what
+    /// ERR_STAT was written: errors whose bits are zero are cleared, none is set. Bits 30 and 31 of the large motors are
+    /// outputs. On the small motors it also says what
     /// position registers are, and whether the position limits are off.
     fn handle_status(&mut self, value: i32, sample: &mut Sample<'_, '_>) {
         let flags = Flags::from_status(value, self.family);
@@ -218,6 +219,7 @@ impl MacMotor {
             self.samples_inside = 0;
         }
         self.has_limits_off = flags.contains(Flags::LIMITS_OFF);
+        self.outputs = flags & (Flags::OUTPUT_1 | Flags::OUTPUT_2);
         if self.family == Family::Small {
             let relative = if flags.contains(Flags::RELATIVE_P_SOLL) {
                 Relative::PSoll

@@ -42,7 +42,7 @@ bitflags! {
 bitflags! {
     /// What else ERR_STAT shows.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-    pub(super) struct Flags: u8 {
+    pub(super) struct Flags: u16 {
         /// In position, or at the velocity.
         const IN_POSITION = 1 << 0;
         /// The velocity rises.
@@ -59,6 +59,10 @@ bitflags! {
         const LIMITS_OFF = 1 << 6;
         /// The bus voltage is there (large motors).
         const BUS_READY = 1 << 7;
+        /// Output O1 of a module that mirrors it (large motors).
+        const OUTPUT_1 = 1 << 8;
+        /// Output O2 of a module that mirrors it (large motors).
+        const OUTPUT_2 = 1 << 9;
     }
 }
 
@@ -80,7 +84,7 @@ const ERROR_BITS: [(Errors, u8, u8); 12] = [
 ];
 
 /// A flag with its bits, if it has any.
-const FLAG_BITS: [(Flags, Option<u8>, Option<u8>); 8] = [
+const FLAG_BITS: [(Flags, Option<u8>, Option<u8>); 10] = [
     (Flags::IN_POSITION, Some(4), Some(4)),
     (Flags::ACCELERATING, Some(5), Some(5)),
     (Flags::DECELERATING, Some(6), Some(6)),
@@ -89,6 +93,8 @@ const FLAG_BITS: [(Flags, Option<u8>, Option<u8>); 8] = [
     (Flags::LOW_SUPPLY, Some(13), Some(10)),
     (Flags::LIMITS_OFF, Some(14), Some(14)),
     (Flags::BUS_READY, None, Some(19)),
+    (Flags::OUTPUT_1, None, Some(30)),
+    (Flags::OUTPUT_2, None, Some(31)),
 ];
 
 /// Set on the large motors with any error.

@@ -52,7 +52,7 @@ impl MacMotor {
         sample.set(Role::Aninp1, unconditioned);
         let inputs = sample.inputs();
         sample.set(Role::Mac001, inputs.cast_signed());
-        let shown = errors::status(self.errors, self.flags(sample), self.family);
+        let shown = self.status(sample);
         sample.set(Role::ErrStat, shown);
         self.show_homed(sample);
         let fastest = sample.register(Role::VIstMax).max(sample.register(Role::VIst).saturating_abs());
@@ -81,11 +81,17 @@ impl MacMotor {
         sample.set(Role::Degc, MacUnits::shown_temperature(status.temperature));
     }
 
+    /// ERR_STAT.
+    pub(super) fn status(&self, sample: &Sample<'_, '_>) -> i32 {
+        errors::status(self.errors, self.flags(sample), self.family)
+    }
+
     fn flags(&self, sample: &Sample<'_, '_>) -> Flags {
         let mut flags = self.flags | watch::supply_flags(sample);
         flags.set(Flags::RELATIVE_P_SOLL, self.relative == Relative::PSoll);
         flags.set(Flags::RELATIVE_P_FNC, self.relative == Relative::PFnc);
         flags.set(Flags::LIMITS_OFF, self.has_limits_off);
+        flags |= self.outputs;
         flags
     }
 

@@ -89,6 +89,28 @@ fn the_command_register_reads_zero_afterwards() {
     assert_eq!((bench.register(COMMAND), bench.register(V_SOLL)), (0, 0));
 }
 
+#[test]
+fn extended_registers_are_written_and_read_through_230_and_231() {
+    const XREG_ADDR: u8 = 230;
+    const XREG_DATA: u8 = 231;
+    let mut bench = Bench::motor("mac800");
+    let extended = |bench: &Bench, number: u16| {
+        let registers = &bench.device.profile().registers;
+        registers.read_number(bench.device.dictionary(), number)
+    };
+    bench.write(&[(XREG_DATA, -70_000), (XREG_ADDR, 5)]);
+    assert_eq!((extended(&bench, 260), bench.register(XREG_ADDR)), (Some(-70_000), 0));
+    bench.write(&[(XREG_DATA, 1), (XREG_ADDR, 254)]);
+    assert_eq!(extended(&bench, 509), Some(1));
+    bench.write(&[(XREG_ADDR, -5)]);
+    assert_eq!((bench.register(XREG_DATA), bench.register(XREG_ADDR)), (-70_000, 0));
+    // There are none beyond.
+    for number in [255, -255, i64::from(i32::MAX), i64::from(i32::MIN), 0] {
+        bench.write(&[(XREG_ADDR, number)]);
+        assert_eq!((bench.register(XREG_DATA), bench.register(XREG_ADDR)), (-70_000, 0), "{number}");
+    }
+}
+
 /// Stores what the device wants, as the core does.
 fn store(bench: &mut Bench) -> Vec<StoreOrder> {
     let mut orders = Vec::new();

@@ -1,7 +1,7 @@
 //! The shipped profiles.
 
 use od::{Access, Address, DataType, Initial, Mappable, Schema, Value};
-use profiles::{Binding, Profile};
+use profiles::{Behind, Binding, Profile, RegisterList, Role};
 
 fn shipped(name: &str) -> Profile {
     Profile::embedded(name, None).unwrap().unwrap_or_else(|wrong| panic!("{wrong}"))
@@ -194,6 +194,88 @@ fn every_behaviour_has_code_behind_it() {
     let code = code_in(&folder);
     for binding in Binding::ALL {
         assert!(code.contains(&format!("Binding::{binding:?}")), "`{binding}` has nothing behind it");
+    }
+}
+
+/// Roles of registers that only hold a value, and why.
+const HELD: [(&str, &[Role]); 6] = [
+    (
+        "what the motor or the module is, as a default in its list or by the profile",
+        &[
+            Role::ProgVersion,
+            Role::MotorType,
+            Role::HwVersion,
+            Role::Checksum,
+            Role::MaxVoltageCurrent,
+            Role::ModuleMacHigh,
+            Role::ModuleMacLow,
+            Role::ModuleHwVersion,
+            Role::ModuleSwVersion,
+            Role::ModuleProtocol,
+        ],
+    ),
+    (
+        "addresses and bit rates: the configuration of the gateway has the ones that count",
+        &[
+            Role::MyAddr,
+            Role::FieldbusAddr,
+            Role::FieldbusSpeed,
+            Role::ModuleIp,
+            Role::ModuleNetMask,
+            Role::ModuleGateway,
+        ],
+    ),
+    (
+        "for buses that are not there, or for the engine of their bus",
+        &[Role::ModulePollDivision, Role::ModuleStationAlias, Role::ModuleTimeout, Role::ModuleInputMask],
+    ),
+    (
+        "parts of a motor that are not simulated (docs/jvl.md)",
+        &[
+            Role::SOrder,
+            Role::HwSetup,
+            Role::InvOutput,
+            Role::OutputCtrl,
+            Role::Useroutval,
+            Role::Mac002,
+            Role::Mac008,
+            Role::Mac009,
+            Role::PIstTurntab,
+            Role::TurntabCount,
+            Role::POffset,
+            Role::PMultiturn,
+            Role::Aninp2,
+            Role::Aninp2Offset,
+            Role::U24v,
+            Role::CviVoltage,
+        ],
+    ),
+    (
+        "nothing on the way to a simulated motor is repeated or garbled",
+        &[Role::ModuleRetries, Role::ModuleCrcErrors],
+    ),
+    ("a view of 0x2011:02", &[Role::ModuleOutputs]),
+];
+
+#[test]
+fn every_register_with_a_meaning_has_code_behind_it_or_only_holds_a_value() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let code = code_in(&folder);
+    let groups = std::fs::read_to_string(folder.join("register/groups.rs")).unwrap();
+    let has_word = |text: &str, word: &str| {
+        let mut places = text.match_indices(word);
+        places.any(|(at, _)| !text[at + word.len()..].starts_with(|c: char| c.is_alphanumeric()))
+    };
+    let asks_for = |role: Role| {
+        has_word(&code, &format!("Role::{role:?}")) || has_word(&groups, &format!("Self::{role:?}"))
+    };
+    let is_held = |role: Role| HELD.iter().any(|(_, roles)| roles.contains(&role));
+    for list in RegisterList::names() {
+        let list = RegisterList::embedded(list, Behind::default()).unwrap().unwrap();
+        for register in &list.registers {
+            let Some(role) = register.role else { continue };
+            assert!(asks_for(role) != is_held(role), "{}: {} ({role:?})", list.name, register.name);
+        }
     }
 }
 

@@ -36,6 +36,7 @@ impl MacMotor {
             Role::PFnc => self.set_function_position(value, sample),
             Role::ErrStat => self.handle_status(value, sample),
             Role::CntrlBits => self.handle_control_bits(value, sample),
+            Role::XregAddr => exchange_extended(value, sample),
             Role::Command => {
                 sample.set(Role::Command, 0);
                 self.obey(value.cast_unsigned(), sample);
@@ -244,6 +245,23 @@ impl MacMotor {
             sample.set(Role::CntrlBits, value & !control.sync_now);
         }
     }
+}
+
+/// XREG_ADDR was written: XREG_DATA goes to the extended register of a positive number, and is that of a negative one.
+fn exchange_extended(number: i32, sample: &mut Sample<'_, '_>) {
+    // Extended register n is register n + 255 (JVL Ethernet manual, section 3.4.11).
+    const BEFORE: u32 = 255;
+    let scope = &mut *sample.scope;
+    let register = u16::try_from(number.unsigned_abs().saturating_add(BEFORE)).unwrap_or(u16::MAX);
+    if number > 0 {
+        let data = scope.register(Role::XregData);
+        scope.registers.show_number(scope.dictionary, register, data);
+    } else if number < 0
+        && let Some(data) = scope.registers.read_number(scope.dictionary, register)
+    {
+        scope.show_register(Role::XregData, data);
+    }
+    scope.show_register(Role::XregAddr, 0);
 }
 
 /// The register that a distance is in.

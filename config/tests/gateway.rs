@@ -11,7 +11,7 @@ use config::{
 };
 use profiles::{
     Input, NoiseSetup, PlantFault, PlantSetup, Position, PositionRange, ScheduledFault, SupplySetup, Timing,
-    Voltage,
+    Velocity, Voltage,
 };
 use proptest::prelude::*;
 
@@ -346,6 +346,8 @@ fn a_machine_may_have_a_plant_of_its_own_and_faults_in_it() {
         hysteresis: Some(Position(20.0)),
         stops: range(-60_000.0, 60_000.0),
         active_low: Vec::new(),
+        analog_input: Some(Voltage(2.5)),
+        external_encoder: Some(Velocity(-1000.0)),
         supply: SupplySetup {
             voltage: Some(Voltage(48.0)),
             under_voltage: Some(Voltage(20.0)),

@@ -77,7 +77,17 @@ impl Device {
     /// The same with another plant behind each of its axes.
     #[must_use]
     pub fn with_plant(profile: Arc<Profile>, node_id: u8, now: Instant, plant: &PlantSetup) -> Self {
-        Self::arranged(profile, node_id, now, |_, config| *config = plant.apply(config.clone()))
+        let mut device =
+            Self::arranged(profile, node_id, now, |_, config| *config = plant.apply(config.clone()));
+        for axis in 0..device.units.len() {
+            if let Some(voltage) = plant.analog_input {
+                device.set_analog_input(axis, voltage, now);
+            }
+            if let Some(velocity) = plant.external_encoder {
+                device.set_external_encoder(axis, velocity, now);
+            }
+        }
+        device
     }
 
     /// As [`Device::new`], with the plant behind each axis, by number, as `arrange` leaves it: where its switches and

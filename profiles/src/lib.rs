@@ -25,7 +25,7 @@ mod simulated;
 mod slots;
 mod vendor;
 
-pub use axis::{Input, Position, PositionRange, ScheduledFault, Supply, Voltage};
+pub use axis::{Input, Position, PositionRange, ScheduledFault, Supply, Velocity, Voltage};
 pub use binding::{Binding, UnknownBinding};
 pub use cia402::{Command, Controlword, Fault, Mode, State, Statusword, Transition};
 pub use defaults::{NoEntry, OwnDefault};

@@ -2,7 +2,9 @@
 
 mod fault;
 
-use axis::{DcLink, Input, Noise, PlantConfig, Position, PositionRange, ScheduledFault, Supply, Voltage};
+use axis::{
+    DcLink, Input, Noise, PlantConfig, Position, PositionRange, ScheduledFault, Supply, Velocity, Voltage,
+};
 
 pub use fault::{INPUT_WORDS, PlantFault, Repair, UnknownFault};
 
@@ -39,6 +41,10 @@ pub struct PlantSetup {
     pub stops: Option<PositionRange>,
     /// The inputs that are low while actuated. The drive has to be told so, too.
     pub active_low: Vec<Input>,
+    /// Voltage at the analogue input.
+    pub analog_input: Option<Voltage>,
+    /// Speed of the encoder that gear modes follow.
+    pub external_encoder: Option<Velocity>,
     /// Supply of the power stage.
     pub supply: SupplySetup,
     /// Noise of the sensors while the power stage runs.
@@ -188,6 +194,8 @@ mod tests {
             hysteresis: Some(Position(13.0)),
             stops: range(-14.0, 15.0),
             active_low: vec![Input::Home, Input::PositiveLimit],
+            analog_input: None,
+            external_encoder: None,
             supply: SupplySetup::default(),
             noise: NoiseSetup { encoder: Some(16.0), velocity: Some(17.0), seed: Some(18) },
             faults: Vec::new(),

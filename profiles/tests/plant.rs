@@ -8,7 +8,7 @@ use bench::Bench;
 use od::Instant;
 use profiles::{
     Device, DeviceEvent, NoPlant, PlantFault, PlantSetup, Position, PositionRange, Profile, Repair,
-    ScheduledFault, State,
+    ScheduledFault, State, Velocity, Voltage,
 };
 
 const PROFILE_VELOCITY: i64 = 3;
@@ -164,4 +164,26 @@ fn a_scheduled_fault_comes_and_goes_by_itself() {
     assert_eq!(bench.state(), State::SwitchOnDisabled);
     bench.run(10);
     assert!(bench.device.poll_timeout().is_none(), "nothing is to come any more");
+}
+
+#[test]
+fn the_analogue_and_gear_modes_of_a_motor_follow_the_signals_of_its_plant() {
+    const GEAR: i64 = 3;
+    const ANALOGUE_VELOCITY: i64 = 5;
+    let setup = PlantSetup {
+        analog_input: Some(Voltage(5.0)),
+        external_encoder: Some(Velocity(-4_000.0)),
+        ..PlantSetup::default()
+    };
+    // GEARF1/GEARF2 are 4 from factory; half of V_SOLL, which is 1000 sixteenths of counts in 1.92 ms.
+    for (mode, velocity) in [(GEAR, -16_000), (ANALOGUE_VELOCITY, 16_276)] {
+        let profile = Arc::new(Profile::embedded("jvl-mac00-fc4", Some("mac140")).unwrap().unwrap());
+        let device = Device::with_plant(profile, 1, Instant::ZERO, &setup);
+        let mut bench = Bench { device, now: Instant::ZERO };
+        bench.run(10);
+        assert_eq!(bench.register(122), 512, "ANINP");
+        bench.write(&[(5, 1_000), (2, mode)]);
+        bench.run(2_000);
+        assert!((bench.velocity() - velocity).abs() <= 50, "mode {mode}: {}", bench.velocity());
+    }
 }

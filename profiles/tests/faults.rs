@@ -27,13 +27,18 @@ fn running(profile: &str) -> Bench {
 
 /// Waits for FAULT: 0x603F and the EMCY must say `code` and `register`, once.
 fn assert_fault(bench: &mut Bench, code: u16, register: u8) {
+    assert_fault_with(bench, code, register, [0; 5]);
+}
+
+/// The same with `detail` in the EMCY.
+fn assert_fault_with(bench: &mut Bench, code: u16, register: u8, detail: [u8; 5]) {
     bench.run_until(|b| b.state() == State::Fault);
     assert_eq!(bench.get(0x603F), i64::from(code));
     assert_eq!(bench.statusword() & 0x4F, 0x08);
     bench.run(200);
     let events = bench.events();
     let [DeviceEvent::Raised(fault)] = events.as_slice() else { panic!("{events:?}") };
-    assert_eq!((fault.code, fault.register, fault.detail), (code, register, [0; 5]));
+    assert_eq!((fault.code, fault.register, fault.detail), (code, register, detail));
 }
 
 /// The cause is gone: the reset works and is told once.
@@ -296,7 +301,8 @@ fn the_reset_command_of_jvls_module_resets_a_limit_error_alone() {
 fn every_other_fault_is_a_motor_error_of_jvls_module() {
     let mut bench = running(JVL);
     bench.plant().inject(PlantFault::DriveFault(DriveFault::OverCurrent));
-    assert_fault(&mut bench, 0x1001, 0);
+    // IX_ERR, and nothing else of ERR_STAT.
+    assert_fault_with(&mut bench, 0x1001, 0, [0x08, 0, 0, 0, 0]);
     assert_eq!(bench.get_sub(0x2011, 3) & 0b101, 0b001);
 }
 

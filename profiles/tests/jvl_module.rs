@@ -63,6 +63,16 @@ fn the_last_motor_error_is_err_stat_when_it_came_and_stays() {
 }
 
 #[test]
+fn the_last_error_of_a_stepper_is_its_err_bits() {
+    let mut bench = Bench::new("jvl-mis34x");
+    bench.plant().inject(PlantFault::DriveFault(DriveFault::Internal));
+    bench.run(5);
+    // Bit 7, internal, and bit 0, general.
+    assert_eq!(last_error(&bench), 0x81);
+    assert_eq!(details(&mut bench), [(0x1001, [0, 0x81, 0, 0, 0])]);
+}
+
+#[test]
 fn the_next_motor_error_replaces_the_last_one_and_that_of_the_module_does_not() {
     let mut bench = turning("mac140");
     bench.plant().inject(PlantFault::DriveFault(DriveFault::OverCurrent));

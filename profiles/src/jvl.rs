@@ -5,6 +5,7 @@ mod ethernet;
 mod fastmac;
 mod follower;
 mod groups;
+mod inputs;
 mod mirror;
 mod module;
 mod motor;
@@ -15,6 +16,7 @@ mod units;
 mod veto;
 
 pub(crate) use ethernet::reaction_to_silence;
-pub(crate) use module::{Module, is_endless, levels, stops_on_error};
+pub(crate) use inputs::levels;
+pub(crate) use module::{Module, is_endless, stops_on_error};
 pub(crate) use objects::{is_stepper_homing, object_of, taken};
 pub(crate) use veto::{of_fastmac, of_register};

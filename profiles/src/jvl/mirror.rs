@@ -3,7 +3,7 @@
 
 use bitflags::bitflags;
 
-use super::module;
+use super::inputs;
 use crate::Role;
 use crate::vendor::Scope;
 
@@ -46,7 +46,7 @@ impl Mirror {
     /// Looks at setup bits and inputs, `seconds` after the last time.
     pub(super) fn look(&mut self, seconds: f64, scope: &Scope<'_>) {
         self.setup = Setup::from_bits_truncate(scope.register(Role::ModuleSetupBits));
-        self.seen = module::inputs(scope.parameters(), &scope.axis.status().inputs) & 0b1111;
+        self.seen = inputs::active(scope.parameters(), &scope.axis.status().inputs) & 0b1111;
         let needed = if self.setup.contains(Setup::DEBOUNCE) { DEBOUNCE_SECONDS } else { 0.0 };
         for (input, other_for) in self.other_for.iter_mut().enumerate() {
             let bit = 1 << input;

@@ -2,12 +2,13 @@
 
 use std::collections::VecDeque;
 
-use axis::{DriveState, Level, Levels, Motion, Status, Voltage};
+use axis::{DriveState, Motion, Status};
 use bitflags::bitflags;
 use od::Dictionary;
 
 use super::command::Command;
 use super::fastmac::FastMac;
+use super::inputs;
 use super::mirror::Mirror;
 use super::motor::MacMotor;
 use super::stepper::MisMotor;
@@ -307,14 +308,14 @@ impl Module {
     /// Shows the module's objects and the motor's live registers.
     pub(crate) fn show(&mut self, scope: &mut Scope<'_>) {
         let motor_status = self.status(scope.drive, scope.view());
-        let inputs = inputs(scope.parameters(), &scope.axis.status().inputs);
+        let inputs = inputs::active(scope.parameters(), &scope.axis.status().inputs);
         let limits = i32::from(inputs >> 4 & 0b11);
         let is_lost = i32::from(scope.axis.status().drive == DriveState::Lost);
         let actual = scope.axis.status().actual;
         let per_sample = actual.velocity.0 * scope.axis.period().seconds();
         scope.show(Binding::JvlMotorStatus, i64::from(motor_status.bits()));
         scope.show(Binding::JvlInputs, i64::from(inputs));
-        scope.show(Binding::JvlAnalogInput, i64::from(analog_input(scope.analog_input)));
+        scope.show(Binding::JvlAnalogInput, i64::from(inputs::analog(scope.analog_input)));
         scope.show_register(Role::ModuleInputs, i32::from(inputs & 0b1111));
         scope.show_register(Role::ModuleStatusBits, limits << NEGATIVE_LIMIT_BIT | is_lost << LOST_BIT);
         self.traffic.show(scope);
@@ -424,51 +425,6 @@ fn motor_status(state: State, fault: Option<Fault>, statusword: Statusword, axis
     bits
 }
 
-bitflags! {
-    /// The inputs as 0x2011:01, :06 and :07 number them.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-    struct Inputs: u8 {
-        const IN1 = 1 << 0;
-        const IN2 = 1 << 1;
-        const NL = 1 << 4;
-        const PL = 1 << 5;
-    }
-}
-
-/// 0x2011:01: which inputs are active, by 0x2011:06; IN1 and IN2 are the general inputs of the axis.
-pub(super) fn inputs(parameters: Parameters<'_>, levels: &axis::Inputs) -> u8 {
-    let mut bits = Inputs::empty();
-    let pins = [
-        (Inputs::IN1, levels.probe_1),
-        (Inputs::IN2, levels.probe_2),
-        (Inputs::NL, levels.negative_limit),
-        (Inputs::PL, levels.positive_limit),
-    ];
-    for (input, is_high) in pins {
-        bits.set(input, level(parameters, input).reads(is_high));
-    }
-    bits.bits()
-}
-
-/// What the axis makes of its inputs: the limit switches act only where 0x2011:07 says so (module manual, section
-/// 4.3.11).
-pub(crate) fn levels(parameters: Parameters<'_>) -> Levels {
-    let setup = Inputs::from_bits_truncate(parameters.or(Binding::JvlInputSetup, 0) as u8);
-    let limit = |input| if setup.contains(input) { level(parameters, input) } else { Level::Unused };
-    Levels {
-        negative_limit: limit(Inputs::NL),
-        positive_limit: limit(Inputs::PL),
-        probe_1: level(parameters, Inputs::IN1),
-        probe_2: level(parameters, Inputs::IN2),
-        ..Levels::default()
-    }
-}
-
-/// 0x2101: 1023 at 10 V (JVL Ethernet module manual, object 0x2101).
-fn analog_input(voltage: Voltage) -> i16 {
-    (voltage.0 / 10.0 * 1023.0).round().clamp(-1023.0, 1023.0) as i16
-}
-
 /// Whether the error action is a stop: 0x2011:08, bit 6; otherwise the motor becomes passive.
 pub(crate) fn stops_on_error(parameters: Parameters<'_>) -> bool {
     parameters.or(Binding::JvlSetup, 0) >> 6 & 1 == 1
@@ -478,10 +434,4 @@ pub(crate) fn stops_on_error(parameters: Parameters<'_>) -> bool {
 /// 0x2011:08, bit 7.
 pub(crate) fn is_endless(parameters: Parameters<'_>) -> bool {
     parameters.or(Binding::JvlSetup, 0) >> 7 & 1 == 1
-}
-
-/// The active level of an input, 0x2011:06.
-fn level(parameters: Parameters<'_>, input: Inputs) -> Level {
-    let highs = Inputs::from_bits_truncate(parameters.or(Binding::JvlInputLevel, 0x3F) as u8);
-    if highs.contains(input) { Level::High } else { Level::Low }
 }

@@ -6,7 +6,7 @@ use super::groups::Relative;
 use super::inputs;
 use super::mode::Mode;
 use crate::Role;
-use crate::jvl::module;
+use crate::jvl::inputs as module_inputs;
 use crate::jvl::units::{Family, MacUnits};
 use crate::vendor::Scope;
 
@@ -140,7 +140,7 @@ impl<'s, 'a> Sample<'s, 'a> {
     /// MAC00_1.
     pub(super) fn inputs(&self) -> u32 {
         let levels = &self.axis().status().inputs;
-        let module = module::inputs(self.scope.parameters(), levels);
+        let module = module_inputs::active(self.scope.parameters(), levels);
         inputs::word(module, self.is_analog_high, self.register(Role::InputLevels))
     }
 

@@ -6,6 +6,7 @@ use bench::Bench;
 
 const RELATIVE: i64 = 1 << 6;
 const IMMEDIATELY: i64 = 1 << 5;
+const ON_SET_POINT: i64 = 1 << 9;
 const ENDLESS: i64 = 1 << 7;
 
 fn enabled() -> Bench {
@@ -36,7 +37,7 @@ fn the_shaft_goes_on_and_the_actual_position_is_what_it_was() {
 
 #[test]
 fn distances_add_up_whether_they_wait_or_act_at_once() {
-    for flags in [RELATIVE, RELATIVE | IMMEDIATELY] {
+    for flags in [RELATIVE, RELATIVE | IMMEDIATELY, RELATIVE | ON_SET_POINT] {
         let mut bench = enabled();
         bench.move_to(20_000, flags);
         bench.run(200);

@@ -30,6 +30,11 @@ const IN1: u32 = 2;
 /// Where O1 is in ERR_STAT.
 const O1: u32 = 30;
 
+/// O1 and O2 in bits, by ERR_STAT of the motor.
+pub(super) const fn outputs(motor_status: u32) -> u32 {
+    motor_status >> O1
+}
+
 /// What is shared.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Mirror {
@@ -63,9 +68,9 @@ impl Mirror {
         self.setup.contains(Setup::INPUTS) && self.seen != self.inputs
     }
 
-    /// O1 and O2 in bits, if they are those of the motor with this ERR_STAT.
-    pub(super) fn outputs(&self, motor_status: u32) -> Option<u32> {
-        self.setup.contains(Setup::OUTPUTS).then_some(motor_status >> O1)
+    /// Whether the outputs are those of the motor.
+    pub(super) fn takes_outputs(&self) -> bool {
+        self.setup.contains(Setup::OUTPUTS)
     }
 
     /// Gives the inputs to a motor that has a register for them.

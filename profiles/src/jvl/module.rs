@@ -9,7 +9,7 @@ use od::Dictionary;
 use super::command::Command;
 use super::fastmac::FastMac;
 use super::inputs;
-use super::mirror::Mirror;
+use super::mirror::{self, Mirror};
 use super::motor::MacMotor;
 use super::stepper::MisMotor;
 use super::traffic::Traffic;
@@ -329,7 +329,8 @@ impl Module {
             Registers::Mis(motor) => motor.show(scope),
         }
         self.show_last_error(scope);
-        self.outputs = self.mirror.outputs(self.motor_status(scope));
+        let takes_outputs = self.mirror.takes_outputs();
+        self.outputs = takes_outputs.then(|| mirror::outputs(self.motor_status(scope)));
     }
 
     /// Keeps ERR_STAT when a fatal error of the motor comes, and shows it (module manual, section 4.3.8).

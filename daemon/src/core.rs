@@ -16,6 +16,7 @@ mod access;
 mod audit;
 mod deadlines;
 mod modbus;
+mod notices;
 mod ownership;
 mod plant;
 mod storage;
@@ -28,16 +29,15 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use canopen::{
-    BusState, Cause, Emergency, ErrorRegister, Event, Frame, Id, NmtState, Node, NodeError, Router,
-};
+use canopen::{BusState, Event, Frame, Id, NmtState, Node, NodeError, Router};
 use od::{Instant, Owner};
-use profiles::{Device, DeviceEvent, Fault, PlantSetup, Profile, StoreOrder, Timing};
+use profiles::{Device, DeviceEvent, PlantSetup, Profile, StoreOrder, Timing};
 use thiserror::Error;
 
 use audit::Audit;
 use deadlines::Deadlines;
 use modbus::Modbus;
+use notices::{MAX_NOTICES, clear, note, raise};
 use storage::Storing;
 use time::Telling;
 use trail::Trail;
@@ -48,6 +48,7 @@ pub use modbus::{
     ClientId, ClientStatus, ListenerCounters, ListenerPlan, ModbusPlan, Refused, WhenFull, identification,
     map,
 };
+pub use notices::{Counters, Notice};
 pub use ownership::NoAxis;
 pub use storage::{NodeParameters, Parameters};
 pub use trail::{Command, Who};
@@ -79,49 +80,12 @@ pub struct PlanError {
     pub reason: NodeError,
 }
 
-/// What may be worth a line in the log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Notice {
-    /// The device has an error with this code.
-    Fault(u16),
-    /// The error with this code is over.
-    FaultOver(u16),
-    /// The node was reset over the bus.
-    Reset,
-    /// An LSS master has given the node this Node-ID; 255: taken it away.
-    NodeId(u8),
-    /// The NMT state is now this one.
-    Nmt(NmtState),
-    /// Somebody whom the node supervises is not there any more.
-    ConnectionLost(Cause),
-    /// Another node tells an error, or with code zero that one is over (0x1028).
-    Emergency {
-        /// The Node-ID of the other.
-        producer: u8,
-        /// What it tells.
-        emergency: Emergency,
-    },
-    /// So many raster steps were dropped, because the device was served too late.
-    DroppedSteps(u64),
-    /// The Modbus clients were silent for too long.
-    ModbusLost,
-}
-
-/// What was lost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Notices that nobody took.
-    pub dropped_notices: u64,
-}
-
 /// Frames that may pass the wires in one wake-up, and how long the rest then waits: more than the fastest classic
 /// CAN bus carries, so only nodes that answer each other without end ever meet it.
 const MAX_PASSING: usize = 1024;
 const PAUSE: Duration = Duration::from_millis(20);
 /// Frames that may wait to pass the wires.
 const MAX_ON_WIRE: usize = 8 * MAX_PASSING;
-/// Notices that may wait.
-const MAX_NOTICES: usize = 256;
 
 /// A node and where it belongs.
 #[derive(Debug)]
@@ -523,26 +487,4 @@ impl Core {
 fn others(routers: &[Router], link: LinkId, id: Id, sender: Option<u16>) -> impl Iterator<Item = u16> {
     let receivers = routers.get(usize::from(link.0)).map_or(&[][..], |router| router.receivers(id));
     receivers.iter().copied().filter(move |receiver| Some(*receiver) != sender)
-}
-
-/// Lets the nodes of a device tell its fault.
-fn raise(fault: Fault, members: &mut [Member]) -> Notice {
-    let register = ErrorRegister::from_bits_retain(fault.register);
-    let emergency = Emergency { code: fault.code, register, detail: fault.detail };
-    members.iter_mut().for_each(|member| member.node.raise(emergency));
-    Notice::Fault(fault.code)
-}
-
-/// Lets them tell that the one with this code is over.
-fn clear(code: u16, members: &mut [Member]) -> Notice {
-    members.iter_mut().for_each(|member| member.node.clear(code));
-    Notice::FaultOver(code)
-}
-
-fn note(notices: &mut VecDeque<(usize, Notice)>, counters: &mut Counters, unit: usize, notice: Notice) {
-    if notices.len() < MAX_NOTICES {
-        notices.push_back((unit, notice));
-    } else {
-        counters.dropped_notices += 1;
-    }
 }

@@ -107,3 +107,17 @@ fn an_endless_move_forgets_the_home_position() {
         assert_eq!(bench.is_set(12), is_homed);
     }
 }
+
+#[test]
+fn the_longest_distances_in_any_order_do_no_harm() {
+    let mut bench = enabled();
+    for round in 0..200_i64 {
+        let distance = if round % 3 == 0 { i64::from(i32::MIN) } else { i64::from(i32::MAX) };
+        bench.move_to(distance, RELATIVE | IMMEDIATELY);
+        bench.run(20);
+        assert!(bench.velocity().abs() <= 20_500, "{}", bench.velocity());
+    }
+    bench.control(0x0F | 1 << 8);
+    bench.run(2_000);
+    assert_eq!((bench.velocity(), bench.is_set(3)), (0, false));
+}

@@ -51,19 +51,23 @@ fn distances_add_up_whether_they_wait_or_act_at_once() {
 
 #[test]
 fn it_has_no_end_and_no_limits() {
-    let mut bench = enabled();
-    bench.batch(&[(0x607D, 1, -10), (0x607D, 2, 10), (0x6081, 0, 200_000), (0x6083, 0, 400_000)]).unwrap();
+    let mut bench = Bench::new("jvl-mac00-fc4");
+    bench.batch(&[(0x6081, 0, 200_000), (0x6083, 0, 400_000)]).unwrap();
+    bench.enable(1);
+    bench.move_to(700, 0);
+    bench.run_until(|b| b.is_set(10));
+    bench.batch(&[(0x2011, 8, ENDLESS), (0x607D, 1, -10), (0x607D, 2, 10)]).unwrap();
     for turn in 1..=5 {
         bench.move_to(50_000, RELATIVE);
         bench.run_until(|b| b.is_set(10));
-        assert!(!bench.is_set(11) && bench.position().abs() <= 1);
-        assert!((place(&mut bench) - turn * 50_000).abs() <= 1);
+        assert!(!bench.is_set(11) && (bench.position() - 700).abs() <= 1, "{}", bench.position());
+        assert!((place(&mut bench) - 700 - turn * 50_000).abs() <= 1);
     }
     // Without the bit the limits hold again, for the numbers of now.
     bench.set_sub(0x2011, 8, 0);
-    bench.move_to(50_000, RELATIVE);
+    bench.move_to(-50_000, RELATIVE);
     bench.run(1_000);
-    assert!((bench.position() - 10).abs() <= 1, "{}", bench.position());
+    assert!((bench.position() + 10).abs() <= 1, "{}", bench.position());
 }
 
 #[test]

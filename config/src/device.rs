@@ -25,7 +25,7 @@ pub struct Device {
     pub profile: Arc<Profile>,
     /// Where it stands; empty if only Modbus reaches it.
     pub on: Vec<Attachment>,
-    /// Modbus unit identifier: the given one or the Node-ID of the first attachment.
+    /// Modbus unit identifier: the given one or the first Node-ID; none if an LSS master is to give that.
     pub unit_id: Option<u8>,
     /// Silence of an SDO client after which its transfer is aborted, if not the usual second.
     pub sdo_timeout: Option<Duration>,

@@ -65,6 +65,30 @@ fn a_unit_is_a_node_and_0_and_255_are_the_one_that_is_configured() {
 }
 
 #[test]
+fn a_node_id_given_by_lss_is_the_unit_where_none_is_configured() {
+    let mut gateway = Gateway::with(&[255], ListenerPlan { device: None, ..listener() }, None);
+    let client = gateway.connect();
+    let statusword = format!("03 {} 00 01", gateway.at(0x6041, 0));
+    let units = |gateway: &mut Gateway| {
+        let is_there = |unit: &u8| gateway.ask(client, *unit, &statusword).starts_with("03");
+        (0..=255).filter(is_there).collect::<Vec<_>>()
+    };
+    assert!(units(&mut gateway).is_empty());
+    // Switch state global, configure Node-ID, and back to the waiting state.
+    let configure = |gateway: &mut Gateway, node_id: &str| {
+        for frame in ["0401000000000000", &format!("11{node_id}000000000000"), "0400000000000000"] {
+            gateway.bench.send(&format!("7E5#{frame}"));
+        }
+    };
+    configure(&mut gateway, "0A");
+    assert_eq!(units(&mut gateway), [10]);
+    configure(&mut gateway, "0B");
+    assert_eq!(units(&mut gateway), [10], "it takes another one when its communication is reset");
+    gateway.bench.send("000#820A");
+    assert_eq!(units(&mut gateway), [11]);
+}
+
+#[test]
 fn units_0_and_255_are_nobody_among_several_unless_configured() {
     let mut gateway = Gateway::with(&[1, 2], ListenerPlan { device: None, ..listener() }, None);
     let client = gateway.connect();

@@ -11,6 +11,7 @@ use core::time::Duration;
 use std::net::SocketAddr;
 use std::sync::Arc;
 
+use canopen::UNCONFIGURED;
 use modbus::{Identification, Map, Permissions, Target};
 use od::{Bus, Instant, Slot};
 use profiles::Role;
@@ -40,7 +41,7 @@ pub struct ListenerPlan {
 /// How a device looks to Modbus clients.
 #[derive(Clone, Debug)]
 pub struct ModbusPlan {
-    /// Its unit identifier.
+    /// Its unit identifier; without it, the Node-ID that an LSS master has given to its first node that has one.
     pub unit: Option<u8>,
     /// Its registers.
     pub map: Arc<Map>,
@@ -82,15 +83,11 @@ impl Modbus {
         self.clients.peer(ClientId(client))
     }
 
-    /// The device that a client of `listener` means by `unit`.
-    fn find(&self, listener: usize, unit: u8) -> Option<usize> {
-        let plan = self.listeners.get(listener)?;
-        if plan.is_own {
-            return plan.device;
-        }
-        let is_meant = |view: &Option<View>| view.as_ref().is_some_and(|view| view.plan.unit == Some(unit));
-        let named = self.views.iter().position(is_meant);
-        named.or(plan.device.filter(|_| ITSELF.contains(&unit)))
+    /// The device whose unit this is, or that has no unit, if that is `None`.
+    fn of_unit(&self, unit: Option<u8>) -> impl Iterator<Item = usize> {
+        let views = self.views.iter().enumerate();
+        let is_meant = move |view: &Option<View>| view.as_ref().is_some_and(|view| view.plan.unit == unit);
+        views.filter(move |(_, view)| is_meant(view)).map(|(device, _)| device)
     }
 
     /// Makes sure that the core wakes up at `deadline`.
@@ -110,6 +107,12 @@ impl Core {
         if let Some(place) = self.modbus.views.get_mut(device) {
             *place = Some(View { plan, timeout_register, deadline: None });
         }
+    }
+
+    /// Whether Modbus clients reach `device`.
+    #[must_use]
+    pub fn is_on_modbus(&self, device: usize) -> bool {
+        self.modbus.views.get(device).is_some_and(Option::is_some)
     }
 
     /// Adds a place where clients connect; listeners are numbered from zero on.
@@ -171,7 +174,7 @@ impl Core {
             return false;
         };
         let listener = self.modbus.clients.listener(client).unwrap_or(usize::MAX);
-        let device = self.modbus.find(listener, unit);
+        let device = self.find_unit(listener, unit);
         if let Some(device) = device.filter(|device| self.deadlines.is_due(*device, now)) {
             self.run_due(now, device);
         }
@@ -185,6 +188,23 @@ impl Core {
         }
         self.pass(now);
         true
+    }
+
+    /// The device that a client of `listener` means by `unit`. What the configuration says comes before what an LSS
+    /// master has given.
+    fn find_unit(&self, listener: usize, unit: u8) -> Option<usize> {
+        let plan = self.modbus.listeners.get(listener)?;
+        if plan.is_own {
+            return plan.device;
+        }
+        let node_id = |device| {
+            let mut node_ids = self.nodes_of(device).map(|(_, node)| node.node_id());
+            node_ids.find(|node_id| *node_id != UNCONFIGURED)
+        };
+        let mut configured = self.modbus.of_unit(Some(unit));
+        let mut given = self.modbus.of_unit(None).filter(|device| node_id(*device) == Some(unit));
+        let itself = || plan.device.filter(|_| ITSELF.contains(&unit));
+        configured.next().or_else(|| given.next()).or_else(itself)
     }
 
     fn answer(&mut self, now: Instant, client: ClientId, device: Option<usize>) {

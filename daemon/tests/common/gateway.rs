@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use canopen::UNCONFIGURED;
 use daemon::core::{ClientId, ListenerPlan, ModbusPlan, Notice, identification, map};
 use modbus::{Dialect, WordOrder, tcp_adu};
 use od::Address;
@@ -49,7 +50,7 @@ impl Gateway {
         let map = map(&profile, dialect, WordOrder::LowFirst);
         for (device, node) in nodes.iter().enumerate() {
             let plan = ModbusPlan {
-                unit: Some(*node),
+                unit: Some(*node).filter(|node| *node != UNCONFIGURED),
                 map: Arc::new(map.clone()),
                 identification: identification(&profile, "axis"),
                 timeout,

@@ -122,6 +122,17 @@ impl Dictionary {
         Ok(())
     }
 
+    /// [`Dictionary::write`], whoever owns the axes: for somebody on this machine who brings them to rest.
+    ///
+    /// # Errors
+    /// The first item that was refused for another reason than its owner.
+    pub fn write_for_any_owner(&mut self, origin: Origin, batch: &[Write<'_>]) -> Result<(), Refusal> {
+        let owners = core::mem::take(&mut self.owners);
+        let outcome = self.write(origin, batch);
+        self.owners = owners;
+        outcome
+    }
+
     /// The first checks of the gate for a transfer whose data are still to come: access and, as far as it was
     /// announced, length. Returns the most bytes that the transfer may have.
     ///

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use od::{
     AbortCode, Access, Address, Bus, Commanded, Data, DataType, Dictionary, Entry, Mappable, Object, Origin,
-    Owner, Range, Schema, Slot, Value, Write,
+    Owner, Range, Refusal, Schema, Slot, Value, Write,
 };
 
 const CAN: Origin = Origin { bus: Bus::CanOpen, link: 0, client: 0 };
@@ -127,6 +127,23 @@ fn only_the_owner_commands_an_axis() {
         dictionary.set_owner(0, owner);
         assert_eq!(write(&mut dictionary, 0x2005, &[1, 0]), Ok(()));
     }
+}
+
+#[test]
+fn what_brings_an_axis_to_rest_is_taken_from_another_than_the_owner_and_leaves_the_owner() {
+    let mut dictionary = dictionary();
+    let owner = Some(Owner { bus: Bus::Modbus, link: None });
+    dictionary.set_owner(0, owner);
+    let command = slot(&dictionary, 0x2005);
+    let item = |bytes| [Write { slot: command, data: Data::Bytes(bytes) }];
+    assert_eq!(dictionary.write_for_any_owner(CAN, &item(&[1, 0])), Ok(()));
+    let commanded = dictionary.take_commanded().unwrap();
+    assert_eq!((commanded.origin, commanded.slot, commanded.raw), (CAN, command, 1));
+    // All else is checked.
+    let refused = dictionary.write_for_any_owner(CAN, &item(&[1]));
+    assert_eq!(refused, Err(Refusal { item: 0, code: AbortCode::TooShort }));
+    assert_eq!(dictionary.owner(0), owner);
+    assert_eq!(write(&mut dictionary, 0x2005, &[2, 0]), Err(AbortCode::DeviceState));
 }
 
 #[test]

@@ -34,6 +34,8 @@ pub fn main() -> ExitCode {
         Command::Jog(order) => motion::run(&client, output, &order.into()),
         Command::Home(order) => motion::run(&client, output, &order.into()),
         Command::Stop(order) => motion::run(&client, output, &order.into()),
+        Command::Claim(claim) => show_owners(&client, output, &claim.into()),
+        Command::Release(release) => show_owners(&client, output, &release.into()),
         Command::Nmt(nmt) => command_nodes(&client, output, nmt),
         Command::Lss(lss) => show_slave(&client, output, &lss.into()),
         Command::Dump(dump) => dump::run(&client, output, &dump),
@@ -70,6 +72,13 @@ fn show_faults(client: &Client, output: Output, fault: Fault) -> Result<(), Fail
     };
     match client.ask(&request)? {
         Response::Faults(faults) => output.print(&faults, |faults| control::text(faults)),
+        other => Err(refusal(other)),
+    }
+}
+
+fn show_owners(client: &Client, output: Output, request: &Request) -> Result<(), Failure> {
+    match client.ask(request)? {
+        Response::Owners(owners) => output.print(&owners, |owners| control::owners_text(owners)),
         other => Err(refusal(other)),
     }
 }
@@ -123,6 +132,7 @@ fn refusal(response: Response) -> Failure {
         | Response::Objects(_)
         | Response::Progress(_)
         | Response::Done(_)
+        | Response::Owners(_)
         | Response::Commanded(_)
         | Response::Lss(_)
         | Response::Watching(_)

@@ -42,7 +42,7 @@ use storage::Storing;
 use time::Telling;
 use trail::Trail;
 
-pub use access::{LOCAL, WriteRefused};
+pub use access::{Authority, LOCAL, WriteRefused};
 pub use audit::{AuditEntry, What};
 pub use modbus::{
     ClientId, ClientStatus, ListenerCounters, ListenerPlan, ModbusPlan, Refused, WhenFull, identification,

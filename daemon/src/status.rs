@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::latency::Histogram;
 
+pub(crate) use clients::owner_name;
 pub use clients::{Client, Command, Listener, Modbus, Times};
 pub use collect::devices;
 pub(crate) use collect::{Around, status};
@@ -137,7 +138,7 @@ pub struct Axis {
     pub velocity_counts_s: f64,
     /// The fault, if any.
     pub fault: Option<Fault>,
-    /// Who alone may command it: a bus, `modbus`, or `any`.
+    /// Who alone may command it: a bus, `modbus`, `local`, or `any`.
     #[serde(default)]
     pub owner: String,
     /// What is broken in its simulated plant, by order or by schedule, as `axisctl fault` says it.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use common::{Bench, LINK};
-use daemon::core::WriteRefused;
+use daemon::core::{Authority, WriteRefused};
 use od::{AbortCode, Address, Value};
 use profiles::Profile;
 
@@ -22,7 +22,7 @@ fn drive() -> Bench {
 fn write(bench: &mut Bench, writes: &[(u16, u8, &[u8])]) -> Result<bool, WriteRefused> {
     let writes = writes.iter().map(|(index, sub, bytes)| (Address::new(*index, *sub), bytes.to_vec()));
     let writes: Vec<_> = writes.collect();
-    bench.core.write(bench.now, 0, 0, &writes)
+    bench.core.write(bench.now, 0, 0, &writes, Authority::Owner)
 }
 
 fn read(bench: &Bench, index: u16, sub: u8) -> Result<u64, AbortCode> {
@@ -65,7 +65,11 @@ fn communication_objects_are_those_of_the_node_and_take_effect() {
     assert_eq!(sent.iter().filter(|frame| *frame == "701#7F").count(), 2, "{sent:?}");
     assert_eq!(bench.core.read(0, 1, Address::new(0x1017, 0)), Err(AbortCode::NoObject), "no second node");
     assert_eq!(
-        bench.core.write(bench.now, 0, 1, &[(Address::new(0x1017, 0), vec![0, 0])]).unwrap_err().code,
+        bench
+            .core
+            .write(bench.now, 0, 1, &[(Address::new(0x1017, 0), vec![0, 0])], Authority::Owner)
+            .unwrap_err()
+            .code,
         AbortCode::NoObject
     );
 }

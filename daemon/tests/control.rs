@@ -13,8 +13,8 @@ use std::time::Duration;
 use daemon::alarm::Alarm;
 use daemon::clock::Clock;
 use daemon::control::{
-    AxisFaults, ControlSocket, Errand, Inbox, Operation, Order, Outcome, Publisher, Response, Task, ToCore,
-    Watched, board, orders, serve,
+    AxisFaults, AxisOwner, Claim, ControlSocket, Errand, Inbox, Operation, Order, Outcome, Publisher,
+    Response, Task, ToCore, Watched, board, orders, serve,
 };
 use daemon::core::LinkId;
 use daemon::services;
@@ -236,6 +236,30 @@ fn an_order_reaches_the_core_and_its_outcome_comes_back() {
     assert_eq!(errand.order, Order::List { device: None });
     errand.conclude(Ok(Vec::new()));
     assert_eq!(client.hear(), "{\"faults\":[]}\n");
+}
+
+#[test]
+fn a_claim_reaches_the_core_and_the_owners_come_back() {
+    let mut server = Server::start();
+    let mut client = server.client();
+    let claim = |server: &mut Server| match server.errand() {
+        Errand::Claim(task) => task,
+        other => panic!("{other:?}"),
+    };
+    client.say("{\"request\":\"claim\",\"device\":\"x\",\"axis\":2,\"for\":\"modbus\"}\n");
+    let task = claim(&mut server);
+    let (device, owner) = ("x".to_owned(), Some("modbus".to_owned()));
+    assert_eq!(task.order, Claim { device: device.clone(), axis: Some(2), owner });
+    task.conclude(Ok(vec![AxisOwner { device, axis: 2, owner: "modbus".to_owned() }]));
+    assert_eq!(client.hear(), "{\"owners\":[{\"device\":\"x\",\"axis\":2,\"owner\":\"modbus\"}]}\n");
+
+    client.say("{\"request\":\"release\",\"device\":\"x\"}\n");
+    let task = claim(&mut server);
+    assert_eq!(task.order, Claim { device: "x".to_owned(), axis: None, owner: None });
+    task.conclude(Err("no device `x`".to_owned()));
+    assert_eq!(client.hear(), "{\"error\":\"no device `x`\"}\n");
+
+    assert!(client.refused("{\"request\":\"claim\",\"device\":\"x\"}").contains("missing field `for`"));
 }
 
 #[test]

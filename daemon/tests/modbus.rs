@@ -5,6 +5,7 @@ mod common;
 use std::time::Duration;
 
 use common::gateway::{Gateway, listener, peer};
+use daemon::control::{AxisOwner, Claim};
 use daemon::core::{ListenerPlan, Notice, Refused, WhenFull, Who};
 use modbus::Permissions;
 use od::{Bus, Owner};
@@ -199,6 +200,43 @@ fn an_axis_is_claimed_and_released() {
     gateway.bench.core.release(0, 0).unwrap();
     assert_eq!(gateway.bench.core.owner(0, 0), Some(CAN));
     assert!(gateway.bench.core.claim(0, 1, MODBUS).is_err() && gateway.bench.core.release(1, 0).is_err());
+}
+
+#[test]
+fn an_axis_is_claimed_by_names_for_who_reaches_it() {
+    let mut gateway = Gateway::new(&[1, 2]);
+    let core = &mut gateway.bench.core;
+    let mut claim = |device: &str, axis, owner: Option<&str>| {
+        let claim = Claim { device: device.to_owned(), axis, owner: owner.map(str::to_owned) };
+        let owners = claim.carry_out(core, &["x", "y"], &["can0", "can1"]);
+        owners.map(|owners| owners.into_iter().map(|axis| axis.owner).collect::<Vec<_>>())
+    };
+    for owner in ["modbus", "local", "can0"] {
+        assert_eq!(claim("y", None, Some(owner)), Ok(vec![owner.to_owned()]));
+    }
+    for (axis, owner, error) in [
+        (None, Some("can1"), "`can1` cannot command device `y`; who can: can0, modbus, local"),
+        (None, Some("any"), "`any` cannot command device `y`; who can: can0, modbus, local"),
+        (Some(2), Some("local"), "device `y` has no axis 2, only axis 1"),
+        (Some(0), None, "device `y` has no axis 0, only axis 1"),
+    ] {
+        assert_eq!(claim("y", axis, owner).unwrap_err(), error);
+    }
+    assert_eq!(claim("z", None, None).unwrap_err(), "no device `z`; there are: x, y");
+    assert_eq!((gateway.bench.core.owner(0, 0), gateway.bench.core.owner(1, 0)), (None, Some(CAN)));
+    gateway.bench.core.set_owner(1, Some(MODBUS));
+    let release = Claim { device: "y".to_owned(), axis: Some(1), owner: None };
+    gateway.bench.core.claim(1, 0, CAN).unwrap();
+    let released = release.carry_out(&mut gateway.bench.core, &["x", "y"], &["can0"]).unwrap();
+    assert_eq!(released, [AxisOwner { device: "y".to_owned(), axis: 1, owner: "modbus".to_owned() }]);
+}
+
+#[test]
+fn no_axis_is_claimed_for_modbus_where_no_client_reaches_it() {
+    let mut bench = common::Bench::new(&[&[(0, 1)]]);
+    let claim = Claim { device: "x".to_owned(), axis: None, owner: Some("modbus".to_owned()) };
+    let refused = claim.carry_out(&mut bench.core, &["x"], &["can0"]);
+    assert_eq!(refused, Err("no Modbus client reaches device `x`".to_owned()));
 }
 
 #[test]

@@ -6,10 +6,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use common::Bench;
+use daemon::core::Authority;
 use daemon::motion::{Goal, Next, READ, Sequence, Setting, View, part};
 use daemon::objects;
+use od::{Bus, Owner};
 use profiles::Profile;
 
+const CAN: Owner = Owner { bus: Bus::CanOpen, link: None };
 const LOOK: Duration = Duration::from_millis(20);
 const SECOND: Duration = Duration::from_secs(1);
 /// Longer than any of these takes.
@@ -43,13 +46,17 @@ impl Master {
 
     /// Writes through the gate; the first refusal.
     fn write(&mut self, settings: &[Setting]) -> Result<(), String> {
+        self.write_with(settings, Authority::Owner)
+    }
+
+    fn write_with(&mut self, settings: &[Setting], authority: Authority) -> Result<(), String> {
         let schema = Arc::clone(&self.profile.application);
         let encoded = settings.iter().map(|(address, number)| {
             let entry = schema.entry(schema.slot(*address).unwrap()).unwrap();
             (*address, objects::parse(entry.data_type, &number.to_string()).unwrap())
         });
         let writes: Vec<_> = encoded.collect();
-        let written = self.bench.core.write(self.bench.now, 0, 0, &writes);
+        let written = self.bench.core.write(self.bench.now, 0, 0, &writes, authority);
         written.map(|_| ()).map_err(|refused| format!("{}: {}", refused.address, refused.code.text()))
     }
 
@@ -58,7 +65,10 @@ impl Master {
         let view = self.view();
         match sequence.next(self.bench.now, &view) {
             Next::Wait => None,
-            Next::Write(settings) => self.write(&settings).err().map(Err),
+            Next::Write(settings) => {
+                let authority = if sequence.is_halting() { Authority::Stop } else { Authority::Owner };
+                self.write_with(&settings, authority).err().map(Err)
+            }
             Next::Done(text) => Some(Ok(text)),
             Next::Failed(text) => Some(Err(text)),
         }
@@ -238,6 +248,35 @@ fn a_stop_brings_an_axis_to_rest_and_leaves_one_without_power_alone() {
     // And it is moved from there.
     let here = master.view().position;
     assert_eq!(master.go(to(here + 500)), done("target reached"));
+}
+
+#[test]
+fn an_axis_of_somebody_else_is_not_led_but_stopped() {
+    let mut master = Master::of("cia402-servo");
+    let mut sequence = Sequence::new(jog(5000, None), 0);
+    assert_eq!(master.lead(&mut sequence, SECOND), None);
+    master.bench.core.claim(0, 0, CAN).unwrap();
+    let refused = "because of the present device state";
+    assert!(master.go(to(0)).unwrap_err().contains(refused));
+    assert!(master.write(&[(part(0x6040, 0), 0x0000)]).unwrap_err().contains(refused), "a write is no stop");
+    assert!(master.velocity() > 1000.0, "{}", master.velocity());
+
+    assert_eq!(master.go(Goal::Stop), done("stopped, SWITCH ON DISABLED"));
+
+    assert!(master.velocity().abs() < 50.0, "{}", master.velocity());
+    assert_eq!(master.bench.core.owner(0, 0), Some(CAN), "it stays whose it was");
+    assert!(master.go(to(0)).unwrap_err().contains(refused));
+}
+
+#[test]
+fn a_jog_that_runs_when_its_axis_is_claimed_still_ends_at_rest() {
+    let mut master = Master::of("cia402-servo");
+    let mut sequence = Sequence::new(jog(5000, None), 0);
+    assert_eq!(master.lead(&mut sequence, SECOND), None);
+    master.bench.core.claim(0, 0, CAN).unwrap();
+    sequence.interrupt();
+    assert_eq!(master.finish(&mut sequence), done("stopped, OPERATION ENABLED"));
+    assert!(master.velocity().abs() < 50.0, "{}", master.velocity());
 }
 
 #[test]

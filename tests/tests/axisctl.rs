@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use tests::{Bus, Daemon, TempDir, axisctl, axisctl_command, config, free_port};
+use tests::{Bus, Client, Daemon, TempDir, axisctl, axisctl_command, config, free_port};
 
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -152,9 +152,10 @@ fn every_documented_command_does_what_the_document_says() {
             }
         }
     }
-    for verb in
-        ["status", "watch", "od", "move", "jog", "home", "stop", "nmt", "lss", "dump", "fault", "version"]
-    {
+    for verb in [
+        "status", "watch", "od", "move", "jog", "home", "stop", "claim", "release", "nmt", "lss", "dump",
+        "fault", "version",
+    ] {
         assert!(verbs.iter().any(|known| known == verb), "{verb} is not documented");
     }
     if std::env::var_os("UPDATE_DOCS").is_some() {
@@ -240,6 +241,41 @@ fn a_move_that_is_interrupted_halts_and_fails() {
     );
     assert!(lines.lines().last().unwrap().starts_with("{\"error\":\"axis1: interrupted"), "{lines}");
     wait_until(&socket, false);
+}
+
+#[test]
+fn an_axis_is_claimed_for_one_read_by_all_stopped_by_the_operator_and_released() {
+    let (port, dir) = (free_port(), TempDir::new());
+    let socket = dir.path().join("control.sock").display().to_string();
+    let config = config(Bus::Socketcand(port), &[("axis1", "jvl-mac00-fc4", 1)]);
+    let _daemon = Daemon::start(&format!("[control]\nsocket = \"{socket}\"\n\n{config}"));
+    let ask = |arguments: &[&str]| said(&axisctl(&[&["--socket", &socket], arguments].concat()));
+    let mut master = Client::raw(port);
+    let mut shut_down = || {
+        master.send("< send 601 8 2B 40 60 0 6 0 0 0 >");
+        master.frame()
+    };
+    let mut running = jog(&socket);
+
+    assert!(ask(&["claim", "axis1", "--for", "can0"]).ends_with("1  can0\n"));
+
+    for order in [&["move", "axis1", "0"][..], &["od", "write", "axis1", "controlword", "6"]] {
+        assert!(ask(order).contains("0x08000022"), "{order:?}");
+    }
+    assert!(ask(&["od", "read", "axis1", "controlword"]).contains("15 (0x000F)"), "everybody reads");
+    assert!(ask(&["status"]).contains("axis1, axis 1: commanded by can0 alone"));
+    let stopped = ask(&["stop", "axis1"]);
+    assert!(stopped.starts_with("axis1, axis 1: stopped, SWITCH ON DISABLED"), "{stopped}");
+    assert!(!running.wait().unwrap().success(), "the jog tells that it was stopped");
+    assert_eq!(shut_down(), "581 6040600000000000");
+
+    assert!(ask(&["claim", "axis1", "--axis", "1", "--for", "local"]).ends_with("1  local\n"));
+    assert_eq!(shut_down(), "581 8040600022000008");
+    assert!(ask(&["move", "axis1", "100", "--relative", "--velocity", "50000"]).contains("target reached"));
+
+    assert!(ask(&["release", "axis1"]).ends_with("1  any\n"));
+    assert_eq!(shut_down(), "581 6040600000000000");
+    assert!(!ask(&["status"]).contains("commanded by"));
 }
 
 #[test]

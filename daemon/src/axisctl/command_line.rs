@@ -55,6 +55,10 @@ pub(super) enum Command {
     Home(Home),
     /// Stop axes by the quick stop and wait until they are at rest
     Stop(Stop),
+    /// Let one alone command an axis, until it is released or claimed again; everybody reads, and stop always works
+    Claim(Claim),
+    /// Give an axis back to whom the configuration names
+    Release(Release),
     /// Send an NMT command
     Nmt(Nmt),
     /// Give Node-IDs by LSS
@@ -184,6 +188,27 @@ pub(super) struct Stop {
     /// Stop every axis of every device
     #[arg(long)]
     all: bool,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Claim {
+    /// Name of the device
+    device: String,
+    /// Number of the axis, from 1 [default: every axis of the device]
+    #[arg(long, value_name = "N")]
+    axis: Option<usize>,
+    /// Who is to command it: a bus of the device, modbus, or local for axisctl
+    #[arg(long = "for", value_name = "BUS|modbus|local")]
+    owner: String,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Release {
+    /// Name of the device
+    device: String,
+    /// Number of the axis, from 1 [default: every axis of the device]
+    #[arg(long, value_name = "N")]
+    axis: Option<usize>,
 }
 
 #[derive(Args, Debug)]
@@ -372,6 +397,18 @@ impl From<Stop> for Request {
     }
 }
 
+impl From<Claim> for Request {
+    fn from(Claim { device, axis, owner }: Claim) -> Self {
+        Self::Claim { device, axis, owner }
+    }
+}
+
+impl From<Release> for Request {
+    fn from(Release { device, axis }: Release) -> Self {
+        Self::Release { device, axis }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -401,6 +438,12 @@ mod tests {
     fn stop_wants_a_device_or_all() {
         assert!(parse("axisctl stop x").is_ok() && parse("axisctl stop --all").is_ok());
         assert!(parse("axisctl stop").is_err() && parse("axisctl stop x --all").is_err());
+    }
+
+    #[test]
+    fn a_claim_says_for_whom() {
+        assert!(parse("axisctl claim x --for modbus").is_ok() && parse("axisctl release x --axis 2").is_ok());
+        assert!(parse("axisctl claim x").is_err() && parse("axisctl release x --for modbus").is_err());
     }
 
     #[test]

@@ -10,7 +10,8 @@ use thiserror::Error;
 
 use super::faults::{Order, Outcome};
 use super::orders::Task;
-use crate::core::{LinkId, WriteRefused};
+use super::owners::{AxisOwner, Claim};
+use crate::core::{Authority, LinkId, WriteRefused};
 use crate::dump::Known;
 use crate::link::Tap;
 
@@ -23,6 +24,8 @@ pub enum Errand {
     Describe(Task<Option<String>, Result<Vec<Described>, String>>),
     /// Write and read objects.
     Objects(ObjectTask),
+    /// Claim or release axes.
+    Claim(Task<Claim, Result<Vec<AxisOwner>, String>>),
     /// Send NMT commands.
     Nmt(Task<NmtOrder, Result<Vec<Commanded>, String>>),
     /// Send a frame.
@@ -58,6 +61,8 @@ pub struct ObjectOrder {
     pub writes: Vec<(Address, Vec<u8>)>,
     /// What to read then.
     pub reads: Vec<Address>,
+    /// With which authority to write.
+    pub authority: Authority,
 }
 
 /// Why objects were not written.

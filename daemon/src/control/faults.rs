@@ -118,7 +118,12 @@ pub(crate) fn find(device: &str, names: &[&str]) -> Result<usize, String> {
 }
 
 /// The numbers from 0 of the axes that are meant.
-fn axes(core: &Core, number: usize, device: &str, axis: Option<usize>) -> Result<Range<usize>, String> {
+pub(super) fn axes(
+    core: &Core,
+    number: usize,
+    device: &str,
+    axis: Option<usize>,
+) -> Result<Range<usize>, String> {
     let count = core.devices().nth(number).map_or(0, |device| device.axes().count());
     match (count, axis) {
         (0, _) => Err(format!("device `{device}` has no axis")),

@@ -19,6 +19,7 @@ use super::objects::describe;
 use super::orders::Orders;
 use super::request::{Request, Response};
 use super::server::{ToCore, say};
+use crate::core::Authority;
 use crate::motion::{Goal, Next, READ, Sequence, Setting, View, is_optional, part};
 use crate::objects;
 
@@ -153,6 +154,8 @@ async fn movers(orders: &Orders, request: Request) -> Result<Vec<Mover>, String>
         | Request::OdList { .. }
         | Request::OdRead { .. }
         | Request::OdWrite { .. }
+        | Request::Claim { .. }
+        | Request::Release { .. }
         | Request::Nmt { .. }
         | Request::Lss { .. }
         | Request::Dump { .. } => return Err("that is no motion".to_owned()),
@@ -201,7 +204,10 @@ impl Mover {
             Err(error) => return self.end = Some(Err(error)),
         };
         let reads: Vec<Address> = READ.iter().map(|index| part(*index, self.axis)).collect();
-        let order = ObjectOrder { device: self.device.clone(), node: 0, writes, reads: reads.clone() };
+        // What brings the axis to rest the operator may do even if somebody else owns it now.
+        let authority = if self.sequence.is_halting() { Authority::Stop } else { Authority::Owner };
+        let device = self.device.clone();
+        let order = ObjectOrder { device, node: 0, writes, reads: reads.clone(), authority };
         match orders.place(Errand::Objects, order).await {
             Ok(Ok(values)) => {
                 self.failures = 0;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::errand::{Described, Errand, ObjectError, ObjectOrder};
 use super::orders::Orders;
 use super::request::Response;
+use crate::core::Authority;
 use crate::objects::{self, find};
 
 /// Values that the core reads for a list before everything else has its turn again.
@@ -106,7 +107,7 @@ impl<'o> Objects<'o> {
         reads: Vec<Address>,
     ) -> Result<Vec<Result<Value, AbortCode>>, String> {
         let device = self.described.device.clone();
-        let order = ObjectOrder { device, node: self.node, writes, reads };
+        let order = ObjectOrder { device, node: self.node, writes, reads, authority: Authority::Owner };
         self.orders.place(Errand::Objects, order).await?.map_err(|error| match error {
             ObjectError::Refused(refused) => format!("{}: {}", self.named(refused.address), refused.code),
             ObjectError::Unknown(unknown) => unknown,

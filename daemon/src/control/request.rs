@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use canopen::NmtCommand;
 use serde::{Deserialize, Serialize};
 
-use super::{AxisFaults, Commanded, Ended, LssResult, ObjectValue, Progress, Traffic};
+use super::{AxisFaults, AxisOwner, Commanded, Ended, LssResult, ObjectValue, Progress, Traffic};
 use crate::status::Status;
 
 /// Version of the protocol. Requests and fields may come in addition; what changes in another way raises it.
@@ -153,6 +153,25 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         axis: Option<usize>,
     },
+    /// Let one alone command an axis, until it is released or claimed again.
+    Claim {
+        /// Name of the device.
+        device: String,
+        /// The axis; all of the device without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        axis: Option<usize>,
+        /// A bus of the device, `modbus`, or `local`: who commands by this socket.
+        #[serde(rename = "for")]
+        owner: String,
+    },
+    /// Let those command an axis who may by the configuration.
+    Release {
+        /// Name of the device.
+        device: String,
+        /// The axis; all of the device without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        axis: Option<usize>,
+    },
     /// Send an NMT command.
     Nmt {
         /// Name of a device, a Node-ID, or `all`.
@@ -206,6 +225,8 @@ pub enum Response {
     Progress(Progress),
     /// How a motion has ended.
     Done(Vec<Ended>),
+    /// Who commands each axis of a device now.
+    Owners(Vec<AxisOwner>),
     /// NMT commands that were sent.
     Commanded(Vec<Commanded>),
     /// The LSS slave that was found.

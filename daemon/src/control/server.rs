@@ -13,7 +13,7 @@ use tokio::time::{sleep, timeout};
 use super::errand::{Errand, NmtOrder, Target};
 use super::objects::Objects;
 use super::request::{NMT_COMMANDS, PROTOCOL, Version};
-use super::{Operation, Order, Orders, Reader, Request, Response, lss, motion, traffic};
+use super::{Claim, Operation, Order, Orders, Reader, Request, Response, lss, motion, traffic};
 use crate::clock::Clock;
 
 /// Clients at the same time.
@@ -133,6 +133,14 @@ async fn answer(request: Request, to_core: &mut ToCore) -> Result<Response, Stri
         }
         Request::OdWrite { device, object, value, bus } => {
             return Objects::of(orders, device, bus.as_deref()).await?.write(&object, &value).await;
+        }
+        Request::Claim { device, axis, owner } => {
+            let claim = Claim { device, axis, owner: Some(owner) };
+            return orders.place(Errand::Claim, claim).await?.map(Response::Owners);
+        }
+        Request::Release { device, axis } => {
+            let claim = Claim { device, axis, owner: None };
+            return orders.place(Errand::Claim, claim).await?.map(Response::Owners);
         }
         Request::Nmt { target, command, bus } => {
             let order = nmt(&target, &command, bus)?;

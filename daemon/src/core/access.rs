@@ -13,6 +13,15 @@ const APPLICATION: u16 = 0x2000;
 /// Somebody on this machine.
 pub const LOCAL: Origin = Origin { bus: Bus::Local, link: 0, client: 0 };
 
+/// Whether somebody on this machine who writes has to own the axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Authority {
+    /// Commands are for their owner.
+    Owner,
+    /// The writes bring axes to rest: that the operator may do, whoever owns them.
+    Stop,
+}
+
 /// A write that was refused; nothing of it has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WriteRefused {
@@ -51,11 +60,12 @@ impl Core {
         device: usize,
         node: usize,
         writes: &[(Address, Vec<u8>)],
+        authority: Authority,
     ) -> Result<bool, WriteRefused> {
         if self.deadlines.is_due(device, now) {
             self.run_due(now, device);
         }
-        let outcome = self.write_all(now, device, node, writes);
+        let outcome = self.write_all(now, (device, node), writes, authority);
         self.settle(now, device);
         self.speak(now, device);
         self.pass(now);
@@ -66,9 +76,9 @@ impl Core {
     fn write_all(
         &mut self,
         now: Instant,
-        device: usize,
-        number: usize,
+        (device, number): (usize, usize),
         writes: &[(Address, Vec<u8>)],
+        authority: Authority,
     ) -> Result<Option<Address>, WriteRefused> {
         let refused = |address: Address| move |code| WriteRefused { address, code };
         let Some(Unit { device, members, .. }) = self.units.get_mut(device) else { return Ok(None) };
@@ -89,7 +99,11 @@ impl Core {
             batch.push((*address, Write { slot, data: Data::Bytes(bytes) }));
         }
         let items: Vec<Write<'_>> = batch.iter().map(|(_, write)| *write).collect();
-        dictionary.write(LOCAL, &items).map_err(|refusal| WriteRefused {
+        let written = match authority {
+            Authority::Owner => dictionary.write(LOCAL, &items),
+            Authority::Stop => dictionary.write_for_any_owner(LOCAL, &items),
+        };
+        written.map_err(|refusal| WriteRefused {
             address: batch.get(refusal.item).map_or(Address::new(0, 0), |(address, _)| *address),
             code: refusal.code,
         })?;

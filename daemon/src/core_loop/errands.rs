@@ -7,7 +7,8 @@ use od::{AbortCode, Address, Instant};
 
 use super::{CoreLoop, link_id};
 use crate::control::{
-    Commanded, Described, Errand, Inbox, NmtOrder, ObjectError, ObjectTask, Target, Watched, find_device,
+    Commanded, Described, Errand, Inbox, NmtOrder, ObjectError, ObjectOrder, ObjectTask, Target, Watched,
+    find_device,
 };
 use crate::core::{LinkId, WriteRefused};
 use crate::dump::Known;
@@ -50,6 +51,15 @@ impl CoreLoop {
                 task.conclude(described);
             }
             Errand::Objects(task) => self.access(now, task),
+            Errand::Claim(task) => {
+                let devices: Vec<&str> = self.reporter.devices().collect();
+                let buses: Vec<&str> = self.links.iter().map(|link| link.name.as_str()).collect();
+                let outcome = task.order.carry_out(&mut self.core, &devices, &buses);
+                if outcome.is_ok() {
+                    self.reporter.ordered(now, &task.order.device, &task.order.change());
+                }
+                task.conclude(outcome);
+            }
             Errand::Nmt(task) => {
                 let commanded = self.command(now, &task.order);
                 task.conclude(commanded);
@@ -94,15 +104,17 @@ impl CoreLoop {
             Ok(device) => device,
             Err(unknown) => return task.conclude(Err(ObjectError::Unknown(unknown))),
         };
-        if !task.order.writes.is_empty() {
-            match self.core.write(now, device, task.order.node, &task.order.writes) {
+        let ObjectOrder { node, writes, reads, authority, .. } = &task.order;
+        let node = *node;
+        if !writes.is_empty() {
+            match self.core.write(now, device, node, writes, *authority) {
                 Ok(false) => {}
                 Ok(true) => return self.storing.push((device, task)),
                 Err(refused) => return task.conclude(Err(ObjectError::Refused(refused))),
             }
         }
-        let (core, node) = (&self.core, task.order.node);
-        let values = task.order.reads.iter().map(|address| core.read(device, node, *address)).collect();
+        let core = &self.core;
+        let values = reads.iter().map(|address| core.read(device, node, *address)).collect();
         task.conclude(Ok(values));
     }
 

@@ -121,6 +121,12 @@ impl Sequence {
         self.is_interrupted = true;
     }
 
+    /// Whether what it writes now brings the axis to rest.
+    #[must_use]
+    pub fn is_halting(&self) -> bool {
+        matches!(self.phase, Phase::Halting(_))
+    }
+
     /// Whether it runs until somebody ends it.
     #[must_use]
     pub fn is_jog(&self) -> bool {

@@ -141,14 +141,14 @@ fn who(who: Who, buses: &[&str]) -> String {
 }
 
 /// Who alone may command an axis, in the words of the configuration.
-pub(super) fn owner(owner: Option<Owner>, buses: &[&str]) -> String {
+pub(crate) fn owner_name(owner: Option<Owner>, buses: &[&str]) -> String {
     match owner {
         None => "any".to_owned(),
         Some(Owner { bus: Bus::CanOpen, link }) => {
             link.map_or("CANopen", |link| bus_name(link, buses)).to_owned()
         }
         Some(Owner { bus: Bus::Modbus, .. }) => "modbus".to_owned(),
-        Some(Owner { bus: Bus::Local, .. }) => "operator".to_owned(),
+        Some(Owner { bus: Bus::Local, .. }) => "local".to_owned(),
     }
 }
 

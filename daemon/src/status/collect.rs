@@ -135,7 +135,7 @@ pub fn devices<'n>(
                 .axes()
                 .enumerate()
                 .map(|(axis_number, status)| Axis {
-                    owner: clients::owner(core.owner(number, axis_number), &buses),
+                    owner: clients::owner_name(core.owner(number, axis_number), &buses),
                     plant_faults: device.plant_faults(axis_number).map(|fault| fault.to_string()).collect(),
                     ..axis(&status, dialect)
                 })

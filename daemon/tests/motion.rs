@@ -231,6 +231,20 @@ fn homing_ends_with_the_origin_or_with_the_error_of_the_drive() {
 }
 
 #[test]
+fn a_stop_reaches_a_motor_that_runs_by_its_registers() {
+    const MODE_REG: od::Address = od::Address::new(0x2012, 2);
+    let mut master = Master::of("jvl-mac00-fc4");
+    master.write(&[(MODE_REG, 1)]).unwrap();
+    master.bench.run(SECOND);
+    assert!(master.velocity() > 1000.0, "{}", master.velocity());
+    assert_eq!(master.go(Goal::Stop), done("stopped, SWITCH ON DISABLED"));
+    assert!(master.velocity().abs() < 50.0, "{}", master.velocity());
+    let position = master.view().position;
+    master.bench.run(SECOND);
+    assert!((master.view().position - position).abs() < 50, "it holds");
+}
+
+#[test]
 fn a_stop_brings_an_axis_to_rest_and_leaves_one_without_power_alone() {
     let mut master = Master::of("cia402-servo");
     assert_eq!(master.go(Goal::Stop), done("has no power: SWITCH ON DISABLED"));

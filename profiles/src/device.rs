@@ -234,6 +234,17 @@ impl Device {
         self.publish();
     }
 
+    /// Stops an axis, by number from 0, that runs by the words of its vendor: it brakes and holds. Whether it did run by
+    /// them; a drive of CiA 402 is stopped by its controlword.
+    pub fn halt(&mut self, now: Instant, axis: usize) -> bool {
+        let Some(unit) = self.units.get_mut(axis) else { return false };
+        let is_halted = unit.halt(&mut self.dictionary, now);
+        if is_halted {
+            self.publish();
+        }
+        is_halted
+    }
+
     /// Lets every axis react to the loss of its master, as its 0x6007 says.
     pub fn connection_lost(&mut self, now: Instant) {
         for unit in &mut self.units {

@@ -188,6 +188,15 @@ impl Vendor {
         }
     }
 
+    /// An operator stops the axis: it brakes and holds.
+    pub(crate) fn halt(&mut self, scope: &mut Scope<'_>) {
+        match self {
+            Self::None => {}
+            Self::Jvl(module) => module.lose_master(AbortConnection::QuickStop, true, scope),
+            Self::Mac4(controller) => controller.stop(scope),
+        }
+    }
+
     /// Reacts to the loss of the master; after a stop the motor `holds` or becomes passive.
     pub(crate) fn lose_master(&mut self, reaction: AbortConnection, holds: bool, scope: &mut Scope<'_>) {
         match self {

@@ -98,6 +98,11 @@ impl Core {
             let slot = find(dictionary, *address).map_err(refused(*address))?;
             batch.push((*address, Write { slot, data: Data::Bytes(bytes) }));
         }
+        if authority == Authority::Stop {
+            // One that its vendor's words run is stopped by them.
+            batch.retain(|(address, _)| !device.halt(now, axis_of(*address)));
+        }
+        let dictionary = device.dictionary_mut();
         let items: Vec<Write<'_>> = batch.iter().map(|(_, write)| *write).collect();
         let written = match authority {
             Authority::Owner => dictionary.write(LOCAL, &items),
@@ -132,4 +137,11 @@ impl Core {
 /// Where an entry is: somebody on this machine also sees those that are not on CANopen.
 fn find(dictionary: &Dictionary, address: Address) -> Result<Slot, AbortCode> {
     dictionary.schema().slot(address).map_or_else(|| dictionary.find(address), Ok)
+}
+
+/// The axis, from 0, that an object of a drive belongs to (CiA 402-1, object ranges of axes).
+fn axis_of(Address { index, .. }: Address) -> usize {
+    const FIRST: u16 = 0x6000;
+    const DISTANCE: u16 = 0x800;
+    usize::from(index.saturating_sub(FIRST) / DISTANCE)
 }

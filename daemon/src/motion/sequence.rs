@@ -106,6 +106,10 @@ pub struct Sequence {
     end: Option<Instant>,
     /// The last position that was another one, and since when.
     rest: Option<(i64, Instant)>,
+    /// The drive to be stopped had no power.
+    had_no_power: bool,
+    /// And its axis moved nevertheless.
+    runs_without_power: bool,
 }
 
 impl Sequence {
@@ -113,7 +117,18 @@ impl Sequence {
     #[must_use]
     pub fn new(goal: Goal, axis: u8) -> Self {
         let (phase, target, end, rest) = (Phase::Begin, None, None, None);
-        Self { goal, axis, phase, target, is_interrupted: false, reason: None, end, rest }
+        Self {
+            goal,
+            axis,
+            phase,
+            target,
+            is_interrupted: false,
+            reason: None,
+            end,
+            rest,
+            had_no_power: false,
+            runs_without_power: false,
+        }
     }
 
     /// Halts the axis as soon as it runs, and ends.
@@ -206,7 +221,13 @@ impl Sequence {
                 | State::SwitchOnDisabled
                 | State::ReadyToSwitchOn
                 | State::SwitchedOn
-                | State::Fault => Next::Done(format!("has no power: {}", state.name())),
+                | State::Fault => {
+                    self.had_no_power = true;
+                    // It may run by the words of its vendor, which stop it then.
+                    self.runs_without_power = view.velocity.is_some_and(|velocity| velocity != 0);
+                    self.phase = Phase::Halting(now + PATIENCE);
+                    Next::Write(vec![self.control(QUICK_STOP)])
+                }
             };
         }
         if matches!(state, State::Fault | State::FaultReactionActive) {
@@ -387,7 +408,7 @@ impl Sequence {
             | State::SwitchOnDisabled
             | State::ReadyToSwitchOn
             | State::SwitchedOn
-            | State::Fault => true,
+            | State::Fault => !self.runs_without_power || self.has_rested(now, view),
         };
         // A ramp may take long; an axis that still moves is not given up.
         if !is_at_rest && (now < deadline || !self.has_rested(now, view)) {
@@ -402,6 +423,9 @@ impl Sequence {
             }
             (Some(reason), Goal::Jog { .. }) if !self.is_interrupted => {
                 Next::Failed(format!("{reason}; {state}"))
+            }
+            (None, Goal::Stop) if self.had_no_power && !self.runs_without_power => {
+                Next::Done(format!("has no power: {state}"))
             }
             (Some(_) | None, _) => Next::Done(format!("stopped, {state}")),
         }

@@ -278,6 +278,17 @@ impl Unit {
         self.wake(now);
     }
 
+    /// Stops an axis that runs by the words of its vendor; whether it did.
+    pub(super) fn halt(&mut self, dictionary: &mut Dictionary, now: Instant) -> bool {
+        let (vendor, mut scope) = self.scope(dictionary);
+        let is_running = vendor.runs_axis();
+        if is_running {
+            vendor.halt(&mut scope);
+            self.wake(now);
+        }
+        is_running
+    }
+
     /// Reacts to the loss of the master as 0x6007 says.
     pub(super) fn connection_lost(&mut self, dictionary: &mut Dictionary, now: Instant) {
         let parameters = Parameters { dictionary, slots: &self.slots, units: &self.units };

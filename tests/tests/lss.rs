@@ -3,11 +3,11 @@
 use tests::{Bus, Client, Daemon, Master, TempDir, axisctl, config, free_port};
 
 const PROFILE: &str = "cia402-servo";
-const NAMES: [&str; 8] = ["x1", "x2", "y1", "y2", "z", "feeder", "belt 1", "belt 2"];
+const NAMES: [&str; 9] = ["x1", "x2", "y1", "y2", "z", "feeder", "belt 1", "belt 2", "known"];
 
-/// Eight equal drives, each with this Node-ID, that store in a directory.
-fn daemon(port: u16, node_ids: [u8; 8], dir: &TempDir) -> Daemon {
-    let devices: Vec<_> = NAMES.into_iter().zip(node_ids).map(|(name, id)| (name, PROFILE, id)).collect();
+/// As many equal drives as Node-IDs, which store in a directory.
+fn daemon(port: u16, node_ids: &[u8], dir: &TempDir) -> Daemon {
+    let devices: Vec<_> = NAMES.into_iter().zip(node_ids).map(|(name, &id)| (name, PROFILE, id)).collect();
     let path = dir.path().display();
     Daemon::start(&format!(
         "[storage]\npath = \"{path}\"\n[control]\nsocket = \"{path}/socket\"\n{}",
@@ -23,7 +23,7 @@ fn stop(mut daemon: Daemon) {
 #[test]
 fn fastscan_finds_eight_unconfigured_nodes_and_what_it_stores_lasts() {
     let (port, dir) = (free_port(), TempDir::new());
-    let first = daemon(port, [255; 8], &dir);
+    let first = daemon(port, &[255, 255, 255, 255, 255, 255, 255, 255, 100], &dir);
 
     let log = Master::at(port, PROFILE).run("lss", &[]);
 
@@ -34,7 +34,7 @@ fn fastscan_finds_eight_unconfigured_nodes_and_what_it_stores_lasts() {
     ");
     stop(first);
     let port = free_port();
-    let _second = daemon(port, [255; 8], &dir);
+    let _second = daemon(port, &[255; 8], &dir);
     let mut client = Client::raw(port);
     for node_id in 1..=8 {
         client.send(&format!("< send 60{node_id} 8 40 0 10 0 0 0 0 0 >"));
@@ -45,7 +45,7 @@ fn fastscan_finds_eight_unconfigured_nodes_and_what_it_stores_lasts() {
 #[test]
 fn a_node_id_of_the_configuration_holds_and_the_status_names_the_conflict() {
     let (port, dir) = (free_port(), TempDir::new());
-    let first = daemon(port, [255, 12, 13, 14, 15, 16, 17, 18], &dir);
+    let first = daemon(port, &[255, 12, 13, 14, 15, 16, 17, 18], &dir);
     let mut client = Client::raw(port);
     for (request, answer) in [
         ("7E5 8 4C 0 0 0 0 0 0 0", "7E4 5000000000000000"),
@@ -66,7 +66,7 @@ fn a_node_id_of_the_configuration_holds_and_the_status_names_the_conflict() {
     stop(first);
 
     let port = free_port();
-    let _second = daemon(port, [255, 12, 13, 14, 15, 16, 17, 18], &dir);
+    let _second = daemon(port, &[255, 12, 13, 14, 15, 16, 17, 18], &dir);
     let socket = dir.path().join("socket").display().to_string();
     let status = axisctl(&["--socket", &socket, "status"]);
     let status = String::from_utf8(status.stdout).expect("it speaks UTF-8");

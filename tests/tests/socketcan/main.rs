@@ -61,7 +61,8 @@ fn fastscan_finds_eight_unconfigured_nodes_on_one_interface() {
     let interface = Vcan::new();
     let storage = TempDir::new();
     let names = ["a", "b", "c", "d", "e", "f", "g", "h"];
-    let devices = names.map(|name| (name, "cia402-servo", 255));
+    let mut devices = names.map(|name| (name, "cia402-servo", 255)).to_vec();
+    devices.push(("known", "cia402-servo", 100));
     let config = config(Bus::Interface(&interface), &devices);
     let _daemon = Daemon::start(&format!("[storage]\npath = \"{}\"\n{config}", storage.path().display()));
 

@@ -1,37 +1,11 @@
 //! From a frame to its answer no memory is allocated.
-#![allow(unsafe_code, reason = "an allocator is unsafe by nature; this one only counts")]
 
 mod bench;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use allocation_counter::measure;
 use bench::{Bench, frame_of};
 use canopen::Frame;
 use core::time::Duration;
-
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: everything is left to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: as the caller promised.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promised.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
 
 /// What a master and a device do all day.
 fn traffic(bench: &mut Bench, frames: &[Frame]) -> usize {
@@ -87,8 +61,8 @@ fn a_warm_node_answers_without_allocating() {
     .map(frame_of)
     .into();
     traffic(&mut bench, &frames);
-    let before = ALLOCATIONS.get();
-    let sent = (0..100).map(|_| traffic(&mut bench, &frames)).sum::<usize>();
-    assert_eq!(ALLOCATIONS.get() - before, 0);
+    let mut sent = 0;
+    let allocations = measure(|| sent = (0..100).map(|_| traffic(&mut bench, &frames)).sum::<usize>());
+    assert_eq!(allocations.count_total, 0);
     assert!(sent > 2500, "{sent}");
 }

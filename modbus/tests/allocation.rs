@@ -1,36 +1,10 @@
 //! From a request to its answer no memory is allocated.
-#![allow(unsafe_code, reason = "an allocator is unsafe by nature; this one only counts")]
 
 mod bench;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use allocation_counter::measure;
 use bench::{Bench, bytes};
 use modbus::{Dialect, tcp_adu};
-
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: everything is left to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: as the caller promised.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promised.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
 
 #[test]
 fn a_warm_server_answers_without_allocating() {
@@ -61,7 +35,6 @@ fn a_warm_server_answers_without_allocating() {
         }
     };
     round();
-    let before = ALLOCATIONS.with(Cell::get);
-    (0..100).for_each(|_| round());
-    assert_eq!(ALLOCATIONS.with(Cell::get), before);
+    let allocations = measure(|| (0..100).for_each(|_| round()));
+    assert_eq!(allocations.count_total, 0);
 }

@@ -10,7 +10,7 @@ use daemon::core::Authority;
 use daemon::motion::{Goal, Next, READ, Sequence, Setting, View, part};
 use daemon::objects;
 use od::{Bus, Owner};
-use profiles::Profile;
+use profiles::{Instruction, Profile};
 
 const CAN: Owner = Owner { bus: Bus::CanOpen, link: None };
 const LOOK: Duration = Duration::from_millis(20);
@@ -242,6 +242,28 @@ fn a_stop_reaches_a_motor_that_runs_by_its_registers() {
     let position = master.view().position;
     master.bench.run(SECOND);
     assert!((master.view().position - position).abs() < 50, "it holds");
+}
+
+#[test]
+fn a_stop_reaches_an_axis_that_runs_by_the_instructions_of_its_card() {
+    for (card, speed) in [("maccon-mac4-inc", 25), ("maccon-mac4-ssi", 25), ("maccon-mac4-stp", 3_000)] {
+        let mut master = Master::of(card);
+        let instruction = |code: Instruction| od::Address::new(0x2100, code as u8);
+        master.write(&[(instruction(Instruction::INIT), 1)]).unwrap();
+        master.write(&[(instruction(Instruction::ME), 1), (instruction(Instruction::E), 1)]).unwrap();
+        master.bench.run(SECOND);
+        master.write(&[(instruction(Instruction::WSV), speed), (instruction(Instruction::WSA), 50)]).unwrap();
+        master.write(&[(instruction(Instruction::MS), 1), (instruction(Instruction::E), 1)]).unwrap();
+        master.bench.run(SECOND);
+        assert!(master.velocity() > 500.0, "{card}: {}", master.velocity());
+
+        assert_eq!(master.go(Goal::Stop), done("stopped, SWITCH ON DISABLED"), "{card}");
+
+        assert!(master.velocity().abs() < 50.0, "{card}: {}", master.velocity());
+        let position = master.view().position;
+        master.bench.run(SECOND);
+        assert!((master.view().position - position).abs() < 50, "{card}: it stays there");
+    }
 }
 
 #[test]

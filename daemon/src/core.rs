@@ -19,28 +19,29 @@ mod modbus;
 mod notices;
 mod ownership;
 mod plant;
+mod slots;
 mod storage;
 mod time;
 mod trail;
+mod unit;
 mod view;
 
-use core::ops::Range;
 use core::time::Duration;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use canopen::{BusState, Event, Frame, Id, NmtState, Node, NodeError, Router};
-use od::{Instant, Owner};
-use profiles::{Device, DeviceEvent, PlantSetup, Profile, StoreOrder, Timing};
+use canopen::{BusState, Event, Frame, Id, NmtState, NodeError, Router};
+use od::Instant;
+use profiles::{DeviceEvent, PlantSetup, Profile, Timing};
 use thiserror::Error;
 
 use audit::Audit;
 use deadlines::Deadlines;
 use modbus::Modbus;
 use notices::{MAX_NOTICES, clear, note, raise};
-use storage::Storing;
+use slots::Slots;
 use time::Telling;
-use trail::Trail;
+use unit::Member;
 
 pub use access::{Authority, LOCAL, WriteRefused};
 pub use audit::{AuditEntry, What};
@@ -52,6 +53,7 @@ pub use notices::{Counters, Notice};
 pub use ownership::NoAxis;
 pub use storage::{NodeParameters, Parameters};
 pub use trail::{Command, Who};
+pub use unit::Unit;
 
 /// A link by its number in the configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -60,6 +62,8 @@ pub struct LinkId(pub u16);
 /// A device to be built.
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// What it is called; no other device has the name.
+    pub name: Arc<str>,
     /// What it is.
     pub profile: Arc<Profile>,
     /// The links it is a node of, with its Node-ID there.
@@ -87,27 +91,11 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// Frames that may wait to pass the wires.
 const MAX_ON_WIRE: usize = 8 * MAX_PASSING;
 
-/// A node and where it belongs.
-#[derive(Debug)]
-struct Member {
-    node: Node,
+/// Where a number of the routers leads: to a node by its position in a unit.
+#[derive(Clone, Copy, Debug)]
+struct Hearer {
     unit: usize,
-    link: LinkId,
-    is_started: bool,
-    /// It has told its first NMT state.
-    is_up: bool,
-}
-
-/// A device and its nodes, one on each of its links.
-struct Unit {
-    device: Device,
-    members: Range<usize>,
-    storing: Option<Storing>,
-    /// What the device itself wants to be stored, once what is under way is.
-    wanted: Option<StoreOrder>,
-    /// Who may command its axes unless somebody has claimed them.
-    owner: Option<Owner>,
-    trail: Trail,
+    position: usize,
 }
 
 /// A frame on its way to our nodes.
@@ -120,8 +108,9 @@ struct Passing {
 
 /// See the module's documentation.
 pub struct Core {
-    units: Vec<Unit>,
-    members: Vec<Member>,
+    units: Slots<Unit>,
+    /// The nodes by their numbers in the routers.
+    members: Slots<Hearer>,
     routers: Vec<Router>,
     deadlines: Deadlines,
     wire: VecDeque<Passing>,
@@ -148,8 +137,8 @@ impl Core {
     /// The first profile that cannot become a node.
     pub fn new(links: u16, plans: &[Plan], now: Instant) -> Result<Self, PlanError> {
         let mut core = Self {
-            units: Vec::with_capacity(plans.len()),
-            members: Vec::with_capacity(plans.len()),
+            units: Slots::with_capacity(plans.len()),
+            members: Slots::with_capacity(plans.len()),
             routers: vec![Router::default(); usize::from(links)],
             deadlines: Deadlines::new(plans.len()),
             wire: VecDeque::with_capacity(MAX_PASSING),
@@ -165,84 +154,60 @@ impl Core {
             dropped_on_wire: vec![0; usize::from(links)],
             counters: Counters::default(),
         };
-        for (unit, plan) in plans.iter().enumerate() {
-            core.add(unit, plan, now).map_err(|reason| PlanError { device: unit, reason })?;
+        for (device, plan) in plans.iter().enumerate() {
+            core.join(Unit::new(plan, now).map_err(|reason| PlanError { device, reason })?);
         }
         Ok(core)
-    }
-
-    fn add(&mut self, unit: usize, plan: &Plan, now: Instant) -> Result<(), NodeError> {
-        let first = self.members.len();
-        let Profile { communication, application, pdos, .. } = &*plan.profile;
-        for (link, node_id) in plan.nodes.iter().copied() {
-            let mut node = Node::new(node_id, link.0, Arc::clone(communication), application)?;
-            plan.serial.into_iter().for_each(|serial| node.set_serial(serial));
-            node.shape_pdos(pdos, application, false);
-            self.members.push(Member { node, unit, link, is_started: false, is_up: false });
-        }
-        // Defaults of the application that depend on a Node-ID follow the first.
-        let node_id = plan.nodes.first().map_or(0, |(_, node_id)| *node_id);
-        let device = Device::with_plant(Arc::clone(&plan.profile), node_id, now, &plan.plant);
-        let (members, trail) = (first..self.members.len(), Trail::default());
-        self.units.push(Unit { device, members, storing: None, wanted: None, owner: None, trail });
-        Ok(())
     }
 
     /// Makes `timeout` the silence of an SDO client of `device` after which its transfer is aborted; it is one second
     /// otherwise.
     pub fn set_sdo_timeout(&mut self, device: usize, timeout: Duration) {
-        let Some(Unit { members, .. }) = self.units.get(device) else { return };
-        let members = self.members.get_mut(members.clone()).unwrap_or_default();
-        members.iter_mut().for_each(|member| member.node.set_sdo_timeout(timeout));
+        self.units.get_mut(device).into_iter().for_each(|unit| unit.set_sdo_timeout(timeout));
     }
 
     /// Lets `device`, which has not started, take its time for its process data as `timing` says; it has them at once
     /// otherwise.
     pub fn set_timing(&mut self, device: usize, timing: Timing) {
-        let Some(Unit { device, members, .. }) = self.units.get(device) else { return };
-        let Profile { application, pdos, .. } = &**device.profile();
-        let members = self.members.get_mut(members.clone()).unwrap_or_default();
-        let takes_time = timing == Timing::Authentic;
-        members.iter_mut().for_each(|member| member.node.shape_pdos(pdos, application, takes_time));
+        self.units.get_mut(device).into_iter().for_each(|unit| unit.set_timing(timing));
     }
 
     /// Powers on the nodes of `link`, which send their boot-up messages. Those that run go on.
     pub fn start(&mut self, now: Instant, link: LinkId) {
-        for member in 0..self.members.len() {
-            let Some(Member { node, unit, link: own, is_started, .. }) = self.members.get_mut(member) else {
-                continue;
-            };
-            if *own != link || core::mem::replace(is_started, true) {
-                continue;
-            }
-            let unit = *unit;
-            if let Some(Unit { device, .. }) = self.units.get(unit) {
+        for unit in 0..self.units.end() {
+            let Some(Unit { device, members, .. }) = self.units.get_mut(unit) else { continue };
+            let new = members.iter_mut().filter(|member| member.link == link && !member.is_started);
+            let mut is_new = false;
+            for Member { node, is_started, .. } in new {
+                *is_started = true;
                 node.start(now, device.dictionary());
+                is_new = true;
             }
-            self.settle(now, unit);
-            self.speak(now, unit);
+            if is_new {
+                self.settle(now, unit);
+                self.speak(now, unit);
+            }
         }
         self.pass(now);
     }
 
     /// Takes the state of the CAN controller of `link`.
     pub fn set_bus_state(&mut self, now: Instant, link: LinkId, state: BusState) {
-        for member in 0..self.members.len() {
-            let Some(Member { node, unit, .. }) = self.members.get_mut(member).filter(|m| m.link == link)
-            else {
-                continue;
-            };
-            let unit = *unit;
-            node.set_bus_state(now, state);
-            self.settle(now, unit);
-            self.speak(now, unit);
+        for unit in 0..self.units.end() {
+            let Some(Unit { members, .. }) = self.units.get_mut(unit) else { continue };
+            let own = members.iter_mut().filter(|member| member.link == link);
+            if own.map(|Member { node, .. }| node.set_bus_state(now, state)).count() > 0 {
+                self.settle(now, unit);
+                self.speak(now, unit);
+            }
         }
         self.pass(now);
     }
 
     /// Takes a frame that came in on `link`.
     pub fn handle_frame(&mut self, now: Instant, link: LinkId, frame: &Frame) {
-        self.put_on_wire(Passing { link, sender: None, frame: *frame });
+        let passing = Passing { link, sender: None, frame: *frame };
+        put_on_wire(&mut self.wire, &mut self.dropped_on_wire, passing);
         self.pass(now);
     }
 
@@ -286,23 +251,18 @@ impl Core {
 
     /// Lets every axis ramp down and switch off.
     pub fn shut_down(&mut self, now: Instant) {
-        for unit in 0..self.units.len() {
-            if let Some(Unit { device, .. }) = self.units.get_mut(unit) {
-                device.shut_down(now);
-            }
-            self.settle(now, unit);
-            self.speak(now, unit);
+        for unit in 0..self.units.end() {
+            self.shut_down_device(now, unit);
         }
-        self.pass(now);
     }
 
-    fn put_on_wire(&mut self, passing: Passing) {
-        if self.wire.len() < MAX_ON_WIRE {
-            self.wire.push_back(passing);
-        } else {
-            let dropped = self.dropped_on_wire.get_mut(usize::from(passing.link.0));
-            dropped.into_iter().for_each(|dropped| *dropped += 1);
-        }
+    /// Lets the axes of a device ramp down and switch off.
+    pub fn shut_down_device(&mut self, now: Instant, device: usize) {
+        let Some(unit) = self.units.get_mut(device) else { return };
+        unit.device.shut_down(now);
+        self.settle(now, device);
+        self.speak(now, device);
+        self.pass(now);
     }
 
     /// Lets what is on the wires reach our nodes, and what they answer to it.
@@ -326,20 +286,20 @@ impl Core {
             self.hear(now, usize::from(*hearer), &passing.frame);
         }
         for hearer in &hearers {
-            if let Some(Member { unit, .. }) = self.members.get(usize::from(*hearer)) {
-                self.speak(now, *unit);
+            if let Some(Hearer { unit, .. }) = self.members.get(usize::from(*hearer)).copied() {
+                self.speak(now, unit);
             }
         }
         self.hearers = hearers;
     }
 
     fn hear(&mut self, now: Instant, hearer: usize, frame: &Frame) {
-        let Some(unit) = self.members.get(hearer).map(|member| member.unit) else { return };
+        let Some(Hearer { unit, position }) = self.members.get(hearer).copied() else { return };
         if self.deadlines.is_due(unit, now) {
             self.run_due(now, unit);
         }
-        if let (Some(Member { node, .. }), Some(Unit { device, .. })) =
-            (self.members.get_mut(hearer), self.units.get_mut(unit))
+        if let Some(Unit { device, members, .. }) = self.units.get_mut(unit)
+            && let Some(Member { node, .. }) = members.get_mut(position)
         {
             node.handle_frame(now, frame, device.dictionary_mut());
         }
@@ -354,7 +314,7 @@ impl Core {
         if dropped > 0 {
             note(&mut self.notices, &mut self.counters, unit, Notice::DroppedSteps(dropped));
         }
-        for Member { node, .. } in self.members.get_mut(members.clone()).unwrap_or_default() {
+        for Member { node, .. } in members {
             node.handle_timeout(now, device.dictionary_mut());
         }
         self.settle(now, unit);
@@ -365,15 +325,13 @@ impl Core {
     /// happened to it.
     fn settle(&mut self, now: Instant, unit: usize) {
         self.note_commands(now, unit);
-        let Self { units, members, routers, resubscribed, notices, counters, .. } = self;
-        let Some(Unit { device, members: own, .. }) = units.get_mut(unit) else { return };
+        let Self { units, routers, resubscribed, notices, counters, .. } = self;
+        let Some(Unit { device, members, .. }) = units.get_mut(unit) else { return };
         let mut ordered = Vec::new();
         if device.dictionary().has_written() {
             device.apply(now);
         }
-        let numbers = own.clone();
-        let members = members.get_mut(own.clone()).unwrap_or_default();
-        for (number, Member { node, link, is_up, .. }) in numbers.zip(&mut *members) {
+        for (position, Member { node, number, link, is_up, .. }) in members.iter_mut().enumerate() {
             while let Some(event) = node.poll_event() {
                 let notice = match event {
                     Event::Reset => {
@@ -381,7 +339,7 @@ impl Core {
                         Some(Notice::Reset)
                     }
                     Event::NodeId(node_id) => {
-                        if number == own.start {
+                        if position == 0 {
                             device.dictionary_mut().set_node_id(node_id);
                         }
                         Some(Notice::NodeId(node_id))
@@ -412,7 +370,7 @@ impl Core {
                     Event::Time => None,
                     Event::Subscriptions => {
                         if let Some(router) = routers.get_mut(usize::from(link.0)) {
-                            router.subscribe(number as u16, node.subscriptions());
+                            router.subscribe(*number, node.subscriptions());
                         }
                         if !resubscribed.contains(link) {
                             resubscribed.push(*link);
@@ -420,7 +378,7 @@ impl Core {
                         None
                     }
                     Event::Storage(order) => {
-                        ordered.push((number, order));
+                        ordered.push((position, order));
                         None
                     }
                 };
@@ -435,7 +393,7 @@ impl Core {
                 DeviceEvent::Store(order) => wanted = Some(order),
             }
         }
-        ordered.into_iter().for_each(|(number, order)| self.order(now, unit, number, order));
+        ordered.into_iter().for_each(|(position, order)| self.order(now, unit, position, order));
         if let Some(order) = wanted {
             self.order_of_device(unit, order);
         }
@@ -451,35 +409,47 @@ impl Core {
 
     /// Samples and queues; whether a node has an event for the device then.
     fn sample(&mut self, now: Instant, unit: usize) -> bool {
-        let Some(Unit { device, members, .. }) = self.units.get(unit) else { return false };
+        let Some(Unit { device, members, .. }) = self.units.get_mut(unit) else { return false };
         let mut deadline = device.poll_timeout();
         let mut has_events = false;
-        for number in members.clone() {
-            let Some(Unit { device, .. }) = self.units.get(unit) else { continue };
-            let Some(Member { node, link, .. }) = self.members.get_mut(number) else { continue };
-            let link = *link;
+        for Member { node, .. } in members {
             node.sample(now, device.dictionary());
             has_events |= node.has_events();
             deadline = deadline.into_iter().chain(node.poll_timeout()).min();
             if node.produces_time() {
                 self.telling.begin(now);
             }
-            self.send(number, link);
         }
+        self.send(unit);
         // A deadline that stays in the past must not keep the caller from its other duties.
         let soonest = now + Duration::from_nanos(1);
         self.deadlines.set(unit, deadline.map(|deadline| deadline.max(soonest)));
         has_events
     }
 
-    fn send(&mut self, number: usize, link: LinkId) {
-        let sender = Some(number as u16);
-        while let Some(frame) = self.members.get_mut(number).and_then(|member| member.node.poll_transmit()) {
-            self.outbox.push_back((link, frame));
-            if others(&self.routers, link, frame.id, sender).next().is_some() {
-                self.put_on_wire(Passing { link, sender, frame });
+    /// Queues what the nodes of a device have to send.
+    fn send(&mut self, unit: usize) {
+        let Self { units, routers, outbox, wire, dropped_on_wire, .. } = self;
+        for Member { node, number, link, .. } in units.get_mut(unit).into_iter().flat_map(|u| &mut u.members)
+        {
+            let (link, sender) = (*link, Some(*number));
+            while let Some(frame) = node.poll_transmit() {
+                outbox.push_back((link, frame));
+                if others(routers, link, frame.id, sender).next().is_some() {
+                    put_on_wire(wire, dropped_on_wire, Passing { link, sender, frame });
+                }
             }
         }
+    }
+}
+
+/// Lets a frame pass the wire of its link, if there is room.
+fn put_on_wire(wire: &mut VecDeque<Passing>, dropped: &mut [u64], passing: Passing) {
+    if wire.len() < MAX_ON_WIRE {
+        wire.push_back(passing);
+    } else {
+        let dropped = dropped.get_mut(usize::from(passing.link.0));
+        dropped.into_iter().for_each(|dropped| *dropped += 1);
     }
 }
 

@@ -323,7 +323,7 @@ impl CoreLoop {
                 self.storage.submit(device, parameters);
             }
             let Some(Done { device, outcome }) = self.storage.poll() else { return };
-            self.reporter.stored(now, device, outcome.as_ref().err());
+            self.reporter.stored(now, &self.core, device, outcome.as_ref().err());
             let outcome = outcome.map_err(|failure| failure.code());
             self.core.stored(now, device, outcome);
             self.conclude_storing(device, outcome);

@@ -23,8 +23,6 @@ macro_rules! say {
 /// Knows what was said last.
 #[derive(Debug)]
 pub(crate) struct Reporter {
-    /// The name of each device, and how it speaks of its faults.
-    devices: Vec<(String, Dialect)>,
     limiter: Limiter,
     /// For each link, why its interface cannot be used.
     troubles: Vec<Option<String>>,
@@ -33,15 +31,10 @@ pub(crate) struct Reporter {
 }
 
 impl Reporter {
-    /// A reporter for these devices and so many links.
-    pub(crate) fn new(devices: Vec<(String, Dialect)>, links: usize) -> Self {
+    /// A reporter for so many links.
+    pub(crate) fn new(links: usize) -> Self {
         let (troubles, unsent) = (vec![None; links], vec![0; links]);
-        Self { devices, limiter: Limiter::default(), troubles, unsent }
-    }
-
-    /// The names of the devices.
-    pub(crate) fn devices(&self) -> impl Iterator<Item = &str> {
-        self.devices.iter().map(|(name, _)| name.as_str())
+        Self { limiter: Limiter::default(), troubles, unsent }
     }
 
     /// Why the interface of a link cannot be used, if that is known.
@@ -52,7 +45,7 @@ impl Reporter {
     /// Says what has happened in the core and on the links.
     pub(crate) fn report(&mut self, now: Instant, core: &mut Core, links: &[Link]) {
         while let Some((device, notice)) = core.poll_notice() {
-            self.notice(now, device, notice);
+            self.notice(now, core, device, notice);
         }
         for (number, (link, known)) in links.iter().zip(&mut self.unsent).enumerate() {
             let Some(interface) = link.interface.as_ref().filter(|interface| interface.fd().is_some()) else {
@@ -100,12 +93,12 @@ impl Reporter {
     }
 
     /// Says that the parameters of a device are stored, or why not.
-    pub(crate) fn stored(&mut self, now: Instant, device: usize, failure: Option<&Failure>) {
+    pub(crate) fn stored(&mut self, now: Instant, core: &Core, device: usize, failure: Option<&Failure>) {
         let kind = if failure.is_some() { "not stored" } else { "stored" };
         if self.limiter.admit(now, Subject::Device(device), kind).is_none() {
             return;
         }
-        let (device, _) = self.device(device);
+        let (device, _) = known(core, device);
         match failure {
             None => info!(target: STORAGE, device, "{device}: parameters stored"),
             Some(failure) => warn!(target: STORAGE, device, "{device}: parameters not stored: {failure}"),
@@ -113,18 +106,14 @@ impl Reporter {
     }
 
     /// Says what somebody has done to a device, by its name.
-    pub(crate) fn ordered(&mut self, now: Instant, device: &str, change: &str) {
-        let Some(number) = self.devices().position(|name| name == device) else { return };
+    pub(crate) fn ordered(&mut self, now: Instant, core: &Core, device: &str, change: &str) {
+        let Some(number) = core.find(device) else { return };
         if let Some(suppressed) = self.limiter.admit(now, Subject::Device(number), "ordered") {
             info!(target: DEVICE, device, "{device}: {change}{}", left_out(suppressed));
         }
     }
 
-    fn device(&self, number: usize) -> (&str, Dialect) {
-        self.devices.get(number).map_or(("?", Dialect::default()), |(name, dialect)| (name, *dialect))
-    }
-
-    fn notice(&mut self, now: Instant, device: usize, notice: Notice) {
+    fn notice(&mut self, now: Instant, core: &Core, device: usize, notice: Notice) {
         let (kind, is_bad) = match notice {
             Notice::Fault(_) => ("fault", true),
             Notice::FaultOver(_) => ("fault over", false),
@@ -137,7 +126,7 @@ impl Reporter {
             Notice::ModbusLost => ("modbus", true),
         };
         let Some(suppressed) = self.limiter.admit(now, Subject::Device(device), kind) else { return };
-        let (device, dialect) = self.device(device);
+        let (device, dialect) = known(core, device);
         let text = match notice {
             Notice::Fault(code) => format!("fault 0x{code:04X} ({})", error_text(code, dialect)),
             Notice::FaultOver(code) => format!("fault 0x{code:04X} is over"),
@@ -157,6 +146,12 @@ impl Reporter {
         let (node, code) = node_and_code(notice);
         say!(is_bad, target: DEVICE, device, node, code, "{device}: {text}{more}");
     }
+}
+
+/// The name of a device, and how it speaks of its faults.
+fn known(core: &Core, device: usize) -> (&str, Dialect) {
+    let dialect = core.profile(device).map_or_else(Dialect::default, |profile| profile.dialect);
+    (core.name(device).map_or("?", |name| name), dialect)
 }
 
 /// The Node-ID that a notice is about, if it is about one, and the error code that it tells.

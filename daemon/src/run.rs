@@ -113,13 +113,12 @@ fn start(
     let gauges = if has_clients { gauges(&links) } else { Vec::new() };
     let clients = serve_clients(listening, control, metrics, gauges, &alarm, clock).map_err(other)?;
     let devices: Vec<String> = gateway.devices.iter().map(|device| device.name.clone()).collect();
-    let dialects = gateway.devices.iter().map(|device| (device.name.clone(), device.profile.dialect));
     let storage = match storage_directory(gateway) {
         None => Storage::default(),
         Some(directory) => store_in(&directory, &mut core, clock.now(), &devices, &alarm)?,
     };
     let audit = keep_audit(gateway, &mut core, clock)?;
-    let reporter = Reporter::new(dialects.collect(), links.len());
+    let reporter = Reporter::new(links.len());
     Ok(CoreLoop {
         core,
         links,
@@ -216,6 +215,7 @@ fn load_parameters(core: &mut Core, now: Instant, directory: &Path, devices: &[S
 
 fn plans(gateway: &Gateway) -> Vec<Plan> {
     let plan = |device: &config::Device| Plan {
+        name: device.name.as_str().into(),
         profile: Arc::clone(&device.profile),
         nodes: device.on.iter().map(|place| (LinkId(place.bus as u16), place.node_id)).collect(),
         plant: device.plant.clone(),

@@ -27,7 +27,7 @@ fn drive() -> Bench {
 }
 
 fn order(bench: &mut Bench, order: &Order) -> Outcome {
-    order.carry_out(bench.now, &mut bench.core, ["x"].into_iter())
+    order.carry_out(bench.now, &mut bench.core)
 }
 
 fn inject(bench: &mut Bench, fault: &str) -> Outcome {
@@ -130,6 +130,7 @@ fn faults_of_the_configuration_come_in_the_time_of_the_plant_and_are_told_like_o
     let fault = "drive-fault:under-voltage".parse::<profiles::PlantFault>().unwrap().0;
     let faults = vec![ScheduledFault { fault, from_seconds: 5.0, until_seconds: Some(6.0) }];
     let plan = Plan {
+        name: "x".into(),
         profile: profile("cia402-servo"),
         nodes: vec![(LinkId(0), 1)],
         plant: PlantSetup { faults, ..PlantSetup::default() },
@@ -153,7 +154,7 @@ fn faults_of_the_configuration_come_in_the_time_of_the_plant_and_are_told_like_o
 fn the_status_shows_what_is_broken() {
     let mut bench = drive();
     let shown = |bench: &Bench| {
-        let devices = devices(bench.now, &bench.core, ["x"].into_iter(), ["can0", "can1"].into_iter());
+        let devices = devices(bench.now, &bench.core, ["can0", "can1"].into_iter());
         daemon::status::text(&Status { devices, ..Status::default() })
     };
     assert!(!shown(&bench).contains("simulated faults"));

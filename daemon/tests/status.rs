@@ -19,7 +19,7 @@ fn pair() -> Bench {
 }
 
 fn status_of(bench: &Bench) -> Vec<Device> {
-    devices(bench.now, &bench.core, ["left", "right"].into_iter(), ["can0", "can1"].into_iter())
+    devices(bench.now, &bench.core, ["can0", "can1"].into_iter())
 }
 
 /// What `axisctl status` prints of the devices, on a bus where all is well.
@@ -46,7 +46,7 @@ fn a_device_shows_state_mode_position_and_velocity_of_its_axis() {
 
     let device = &status_of(&bench)[0];
 
-    assert_eq!((device.name.as_str(), device.profile.as_str()), ("left", "jvl-mac00-fc4"));
+    assert_eq!((device.name.as_str(), device.profile.as_str()), ("x", "jvl-mac00-fc4"));
     let nodes: Vec<_> = device.nodes.iter().map(|n| (n.bus.as_str(), n.node_id, n.state.as_str())).collect();
     assert_eq!(nodes, [("can0", 1, "OPERATIONAL"), ("can1", 9, "PRE-OPERATIONAL")]);
     let [axis] = &device.axes[..] else { panic!("one axis: {device:?}") };
@@ -122,13 +122,13 @@ fn the_text_has_a_line_for_every_node_and_says_what_went_wrong() {
         shown(&bench),
         "\
 DEVICE  NODE    NMT              STATE  MODE  POSITION  VELOCITY  ERROR                                BUS STATE        BUS LOAD
-left    can0/1  OPERATIONAL      -      -            -         -  0x8210 PDO not processed, too short  error active  12.4 kbit/s
-right   can0/2  PRE-OPERATIONAL  -      -            -         -  -                                    error active  12.4 kbit/s
+x       can0/1  OPERATIONAL      -      -            -         -  0x8210 PDO not processed, too short  error active  12.4 kbit/s
+y       can0/2  PRE-OPERATIONAL  -      -            -         -  -                                    error active  12.4 kbit/s
 
 BUS   LINK  STATE                LOAD  IN  OUT  LOST  UNSENT  ERRORS
 can0        error active  12.4 kbit/s   0    0     0       0       0
 
-left, node 1 on can0:
+x, node 1 on can0:
   error: 0x8210 PDO not processed, too short
   EMCY sent: 1
        1 min ago  0x8210 PDO not processed, too short

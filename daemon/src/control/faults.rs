@@ -52,35 +52,29 @@ pub struct AxisFaults {
 pub type Outcome = Result<Vec<AxisFaults>, String>;
 
 impl Order {
-    /// Does it in `core`, whose devices have these names. A wrong order changes nothing.
+    /// Does it in `core`. A wrong order changes nothing.
     ///
     /// # Errors
     /// There is no such device or axis.
-    pub fn carry_out<'n>(
-        &self,
-        now: Instant,
-        core: &mut Core,
-        names: impl Iterator<Item = &'n str>,
-    ) -> Outcome {
-        let names: Vec<&str> = names.collect();
+    pub fn carry_out(&self, now: Instant, core: &mut Core) -> Outcome {
         match self {
             Self::Inject { device, axis, fault } => {
-                let number = find(device, &names)?;
+                let number = find(core, device)?;
                 for axis in axes(core, number, device, *axis)? {
                     core.inject(now, number, axis, *fault).map_err(|error| error.to_string())?;
                 }
                 Ok(told(core, number, device))
             }
             Self::Repair { device, axis, repair } => {
-                let number = find(device, &names)?;
+                let number = find(core, device)?;
                 for axis in axes(core, number, device, *axis)? {
                     core.repair(now, number, axis, *repair).map_err(|error| error.to_string())?;
                 }
                 Ok(told(core, number, device))
             }
-            Self::List { device: Some(device) } => Ok(told(core, find(device, &names)?, device)),
+            Self::List { device: Some(device) } => Ok(told(core, find(core, device)?, device)),
             Self::List { device: None } => {
-                Ok(names.iter().enumerate().flat_map(|(number, device)| told(core, number, device)).collect())
+                Ok(core.names().flat_map(|(number, device)| told(core, number, device)).collect())
             }
         }
     }
@@ -111,10 +105,12 @@ pub fn text(axes: &[AxisFaults]) -> String {
     table(&["DEVICE", ">AXIS", "FAULTS"], &rows)
 }
 
-pub(crate) fn find(device: &str, names: &[&str]) -> Result<usize, String> {
-    let known = || names.join(", ");
-    let found = names.iter().position(|name| *name == device);
-    found.ok_or_else(|| format!("no device `{device}`; there are: {}", known()))
+/// The position of the device of this name.
+pub(crate) fn find(core: &Core, device: &str) -> Result<usize, String> {
+    core.find(device).ok_or_else(|| {
+        let known: Vec<&str> = core.names().map(|(_, name)| name).collect();
+        format!("no device `{device}`; there are: {}", known.join(", "))
+    })
 }
 
 /// The numbers from 0 of the axes that are meant.
@@ -124,7 +120,7 @@ pub(super) fn axes(
     device: &str,
     axis: Option<usize>,
 ) -> Result<Range<usize>, String> {
-    let count = core.devices().nth(number).map_or(0, |device| device.axes().count());
+    let count = core.device(number).map_or(0, |device| device.axes().count());
     match (count, axis) {
         (0, _) => Err(format!("device `{device}` has no axis")),
         (_, None) => Ok(0..count),
@@ -135,7 +131,7 @@ pub(super) fn axes(
 }
 
 fn told(core: &Core, number: usize, name: &str) -> Vec<AxisFaults> {
-    let Some(device) = core.devices().nth(number) else { return Vec::new() };
+    let Some(device) = core.device(number) else { return Vec::new() };
     let told = |axis: usize| AxisFaults {
         device: name.to_owned(),
         axis: axis + 1,

@@ -31,19 +31,14 @@ pub struct AxisOwner {
 }
 
 impl Claim {
-    /// Does it in `core`, whose devices and buses have these names, and tells who then commands each axis of the device. A
-    /// wrong claim changes nothing.
+    /// Does it in `core`, whose buses have these names, and tells who then commands each axis of the device. A wrong claim
+    /// changes nothing.
     ///
     /// # Errors
     /// There is no such device or axis, or whom it names does not reach the device.
-    pub fn carry_out(
-        &self,
-        core: &mut Core,
-        devices: &[&str],
-        buses: &[&str],
-    ) -> Result<Vec<AxisOwner>, String> {
+    pub fn carry_out(&self, core: &mut Core, buses: &[&str]) -> Result<Vec<AxisOwner>, String> {
         let Self { device: name, axis, owner } = self;
-        let device = find(name, devices)?;
+        let device = find(core, name)?;
         let axes = axes(core, device, name, *axis)?;
         let owner = owner.as_deref().map(|owner| claimant(core, (device, name), owner, buses)).transpose()?;
         for axis in axes {
@@ -53,7 +48,7 @@ impl Claim {
             };
             given.map_err(|error| error.to_string())?;
         }
-        let count = core.devices().nth(device).map_or(0, |device| device.axes().count());
+        let count = core.device(device).map_or(0, |device| device.axes().count());
         let told = |axis| AxisOwner {
             device: name.clone(),
             axis: axis + 1,

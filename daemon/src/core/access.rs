@@ -40,8 +40,7 @@ impl Core {
     pub fn read(&self, device: usize, node: usize, address: Address) -> Result<Value, AbortCode> {
         let Unit { device, members, .. } = self.units.get(device).ok_or(AbortCode::NoObject)?;
         if address.index < APPLICATION {
-            let member = self.members.get(members.start + node).filter(|_| node < members.len());
-            let Member { node, .. } = member.ok_or(AbortCode::NoObject)?;
+            let Member { node, .. } = members.get(node).ok_or(AbortCode::NoObject)?;
             return node.read(address).map(|(_, value)| value.clone());
         }
         let dictionary = device.dictionary();
@@ -82,11 +81,10 @@ impl Core {
     ) -> Result<Option<Address>, WriteRefused> {
         let refused = |address: Address| move |code| WriteRefused { address, code };
         let Some(Unit { device, members, .. }) = self.units.get_mut(device) else { return Ok(None) };
-        let own = self.members.get_mut(members.clone()).unwrap_or_default();
         let mut order = None;
         let is_communication = |(address, _): &&(Address, Vec<u8>)| address.index < APPLICATION;
         for (address, bytes) in writes.iter().filter(is_communication) {
-            let member = own.get_mut(number).ok_or(AbortCode::NoObject).map_err(refused(*address))?;
+            let member = members.get_mut(number).ok_or(AbortCode::NoObject).map_err(refused(*address))?;
             let written = member.node.write(now, LOCAL, *address, bytes, device.dictionary_mut());
             if written.map_err(refused(*address))? {
                 order = Some(*address);
@@ -129,8 +127,9 @@ impl Core {
 
     /// Our nodes on `link`, each with the position of its device.
     pub fn network(&self, link: LinkId) -> impl Iterator<Item = (usize, &Node)> {
-        let own = self.members.iter().filter(move |member| member.link == link);
-        own.map(|member| (member.unit, &member.node))
+        let members =
+            self.units.iter().flat_map(|(device, unit)| unit.members.iter().map(move |m| (device, m)));
+        members.filter(move |(_, member)| member.link == link).map(|(device, member)| (device, &member.node))
     }
 }
 

@@ -129,6 +129,23 @@ impl Audit {
         self.deadline = self.streams.iter().map(|stream| stream.last.at + GAP).min();
     }
 
+    /// Learns what says what the device at this position does, of this profile.
+    pub(super) fn join(&mut self, device: usize, profile: &Profile) {
+        let Some(known) = &mut self.modes else { return };
+        if known.len() <= device {
+            known.resize_with(device + 1, Vec::new);
+        }
+        known.get_mut(device).into_iter().for_each(|known| *known = modes(profile));
+    }
+
+    /// Ends the streams of a device that is about to leave.
+    fn end_streams(&mut self, device: usize) {
+        while let Some(position) = self.streams.iter().position(|stream| stream.last.device == device) {
+            let stream = self.streams.swap_remove(position);
+            self.keep(stream.end());
+        }
+    }
+
     fn keep(&mut self, entry: AuditEntry) {
         if self.entries.len() < MAX_WAITING {
             self.entries.push_back(entry);
@@ -148,7 +165,14 @@ impl Stream {
 impl Core {
     /// Makes the core tell what is to be kept of who commanded what, by [`Core::poll_audit`].
     pub fn keep_audit(&mut self) {
-        self.audit.modes = Some(self.units.iter().map(|unit| modes(unit.device.profile())).collect());
+        self.audit.modes = Some(Vec::new());
+        self.units.iter().for_each(|(device, unit)| self.audit.join(device, unit.device.profile()));
+    }
+
+    /// Ends what streams of set-points a device was given, so that all there is to be kept of it can be taken before it
+    /// leaves.
+    pub fn conclude_audit(&mut self, device: usize) {
+        self.audit.end_streams(device);
     }
 
     /// The next entry to be kept.

@@ -19,6 +19,18 @@ impl Deadlines {
         Self { places: vec![NEVER; 2 * first_device], first_device }
     }
 
+    /// Makes room for `device`; the others keep their deadlines.
+    pub(crate) fn reserve(&mut self, device: usize) {
+        if device < self.first_device {
+            return;
+        }
+        let mut larger = Self::new(device + 1);
+        for known in 0..self.first_device {
+            larger.set(known, Some(self.at(self.first_device + known)));
+        }
+        *self = larger;
+    }
+
     /// Sets the deadline of `device`.
     pub(crate) fn set(&mut self, device: usize, deadline: Option<Instant>) {
         let mut place = self.first_device + device;

@@ -16,7 +16,7 @@ use modbus::{Identification, Map, Permissions, Target};
 use od::{Bus, Instant, Slot};
 use profiles::Role;
 
-use super::{Core, Member, Notice, Unit, note};
+use super::{Core, Notice, Unit, note};
 use clients::Clients;
 pub use clients::{ClientId, ClientStatus, ListenerCounters, Refused, WhenFull};
 pub use view::{identification, map};
@@ -81,6 +81,13 @@ impl Modbus {
     /// Where a client comes from.
     pub(super) fn peer(&self, client: u16) -> Option<SocketAddr> {
         self.clients.peer(ClientId(client))
+    }
+
+    /// Forgets a device.
+    pub(super) fn leave(&mut self, device: usize) {
+        self.views.get_mut(device).into_iter().for_each(|view| *view = None);
+        let own = self.listeners.iter_mut().filter(|listener| listener.device == Some(device));
+        own.for_each(|listener| listener.device = None);
     }
 
     /// The device whose unit this is, or that has no unit, if that is `None`.
@@ -208,16 +215,15 @@ impl Core {
     }
 
     fn answer(&mut self, now: Instant, client: ClientId, device: Option<usize>) {
-        let Self { units, members, modbus: Modbus { views, clients, .. }, .. } = self;
+        let Self { units, modbus: Modbus { views, clients, .. }, .. } = self;
         let Some(server) = clients.serve(now, client) else { return };
         let target = device.and_then(|number| {
             let View { plan, .. } = views.get(number)?.as_ref()?;
-            let Unit { device, members: own, .. } = units.get_mut(number)?;
-            let member = members.get(own.clone()).and_then(<[Member]>::first);
+            let Unit { device, members, .. } = units.get_mut(number)?;
             Some(Target {
                 map: &plan.map,
                 dictionary: device.dictionary_mut(),
-                communication: member.map(|member| member.node.communication()),
+                communication: members.first().map(|member| member.node.communication()),
                 identification: &plan.identification,
             })
         });

@@ -15,11 +15,7 @@ pub struct NoAxis;
 impl Core {
     /// Makes `owner` the one who may command the axes of `device` whenever nobody has claimed them; `None` for everybody.
     pub fn set_owner(&mut self, device: usize, owner: Option<Owner>) {
-        let Some(unit) = self.units.get_mut(device) else { return };
-        unit.owner = owner;
-        for axis in 0..unit.device.profile().axes() {
-            unit.device.dictionary_mut().set_owner(axis, owner);
-        }
+        self.units.get_mut(device).into_iter().for_each(|unit| unit.set_owner(owner));
     }
 
     /// Claims an axis of a device for `owner`; nobody else commands it until it is released or claimed again.

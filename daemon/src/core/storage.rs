@@ -47,7 +47,7 @@ impl Parameters {
 /// An order under way.
 #[derive(Debug)]
 pub(super) struct Storing {
-    /// The node that gave it; none if it was the device itself.
+    /// The node that gave it, by its position; none if it was the device itself.
     member: Option<usize>,
     parameters: Parameters,
 }
@@ -55,7 +55,28 @@ pub(super) struct Storing {
 impl Unit {
     /// Whether an order of its node at this position is under way.
     pub(super) fn is_storing_for(&self, node: usize) -> bool {
-        self.storing.as_ref().is_some_and(|storing| storing.member == Some(self.members.start + node))
+        self.storing.as_ref().is_some_and(|storing| storing.member == Some(node))
+    }
+
+    /// Gives the device what it has stored, before it starts. Gives how many values do not fit it and are left out.
+    pub fn load(&mut self, now: Instant, parameters: Parameters) -> usize {
+        let Self { device, members, .. } = self;
+        let mut left_out = device.dictionary_mut().set_saved(parameters.application);
+        device.reset(now);
+        let mut nodes = parameters.nodes.into_iter();
+        for (Member { node, .. }, saved) in members.iter_mut().zip(&mut nodes) {
+            left_out += node.set_saved(saved.communication);
+            node.set_lss(saved.lss);
+        }
+        left_out + nodes.map(|saved| saved.communication.iter().count()).sum::<usize>()
+    }
+
+    /// What the device has stored cannot be read: it has its defaults, and its masters are told.
+    pub fn lose_parameters(&mut self) {
+        let register = ErrorRegister::empty();
+        for Member { node, .. } in &mut self.members {
+            node.raise(Emergency { code: PARAMETERS_LOST, register, detail: [0; 5] });
+        }
     }
 }
 
@@ -66,25 +87,12 @@ impl Core {
     /// Gives a device what it has stored; to be called before [`Core::start`]. Gives how many values do not fit the
     /// device and are left out.
     pub fn load(&mut self, now: Instant, device: usize, parameters: Parameters) -> usize {
-        let Some(Unit { device, members, .. }) = self.units.get_mut(device) else { return 0 };
-        let mut left_out = device.dictionary_mut().set_saved(parameters.application);
-        device.reset(now);
-        let mut nodes = parameters.nodes.into_iter();
-        let members = self.members.get_mut(members.clone()).unwrap_or_default();
-        for (Member { node, .. }, saved) in members.iter_mut().zip(&mut nodes) {
-            left_out += node.set_saved(saved.communication);
-            node.set_lss(saved.lss);
-        }
-        left_out + nodes.map(|saved| saved.communication.iter().count()).sum::<usize>()
+        self.units.get_mut(device).map_or(0, |unit| unit.load(now, parameters))
     }
 
     /// What a device has stored cannot be read: it has its defaults, and its masters are told.
     pub fn lose_parameters(&mut self, device: usize) {
-        let Some(Unit { members, .. }) = self.units.get(device) else { return };
-        let register = ErrorRegister::empty();
-        for Member { node, .. } in self.members.get_mut(members.clone()).unwrap_or_default() {
-            node.raise(Emergency { code: PARAMETERS_LOST, register, detail: [0; 5] });
-        }
+        self.units.get_mut(device).into_iter().for_each(Unit::lose_parameters);
     }
 
     /// The next device whose parameters are to be stored, by its position, and what it will then have stored.
@@ -101,15 +109,14 @@ impl Core {
         if outcome.is_ok() {
             // It was taken from this very device, so all of it fits.
             unit.device.dictionary_mut().set_saved(parameters.application);
-            let members = self.members.get_mut(unit.members.clone()).unwrap_or_default();
-            for (Member { node, .. }, saved) in members.iter_mut().zip(parameters.nodes) {
+            for (Member { node, .. }, saved) in unit.members.iter_mut().zip(parameters.nodes) {
                 node.set_saved(saved.communication);
                 node.clear(PARAMETERS_LOST);
             }
         }
         match member {
             Some(member) => {
-                let member = self.members.get_mut(member);
+                let member = unit.members.get_mut(member);
                 member.into_iter().for_each(|Member { node, .. }| node.stored(now, outcome));
             }
             None => unit.device.stored(now, outcome.is_ok()),
@@ -124,9 +131,8 @@ impl Core {
 
     /// Takes the order that a node of `unit` has given.
     pub(super) fn order(&mut self, now: Instant, unit: usize, member: usize, order: Order) {
-        let Some(Unit { device, members: own, storing, .. }) = self.units.get_mut(unit) else { return };
-        let members = self.members.get_mut(own.clone()).unwrap_or_default();
-        let numbered = own.clone().zip(members);
+        let Some(Unit { device, members, storing, .. }) = self.units.get_mut(unit) else { return };
+        let numbered = members.iter_mut().enumerate();
         if storing.is_some() {
             // Another node of this device was first.
             let own = numbered.filter(|(number, _)| *number == member);
@@ -152,14 +158,13 @@ impl Core {
 
     /// Takes the order that a device itself has given; it waits for one that is under way.
     pub(super) fn order_of_device(&mut self, unit: usize, order: StoreOrder) {
-        let Some(Unit { device, members: own, storing, wanted, .. }) = self.units.get_mut(unit) else {
+        let Some(Unit { device, members, storing, wanted, .. }) = self.units.get_mut(unit) else {
             return;
         };
         if storing.is_some() {
             *wanted = Some(order);
             return;
         }
-        let members = self.members.get(own.clone()).unwrap_or_default();
         let kept = |Member { node, .. }: &Member| NodeParameters {
             communication: node.communication().saved().clone(),
             lss: node.lss_stored(),

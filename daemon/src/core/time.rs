@@ -8,7 +8,7 @@ use core::time::Duration;
 use canopen::TimeOfDay;
 use od::Instant;
 
-use super::{Core, Member};
+use super::{Core, Unit};
 
 /// CiA 301 leaves the period to the producer.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -48,12 +48,13 @@ impl Core {
     /// more, the core asks for no time until there is.
     pub fn produce_time(&mut self, now: Instant, time: TimeOfDay) {
         let mut is_produced = false;
-        for number in 0..self.members.len() {
-            let Some(Member { node, link, .. }) = self.members.get_mut(number) else { continue };
-            let link = *link;
-            if node.produce_time(time) {
+        for unit in 0..self.units.end() {
+            let Some(Unit { members, .. }) = self.units.get_mut(unit) else { continue };
+            let producers =
+                members.iter_mut().filter_map(|member| member.node.produce_time(time).then_some(()));
+            if producers.count() > 0 {
                 is_produced = true;
-                self.send(number, link);
+                self.send(unit);
             }
         }
         if !is_produced {

@@ -9,7 +9,7 @@ impl Core {
     /// Whether all axes are at rest and off.
     #[must_use]
     pub fn is_quiet(&self) -> bool {
-        self.units.iter().all(|unit| unit.device.is_quiet())
+        self.units.iter().all(|(_, unit)| unit.device.is_quiet())
     }
 
     /// What was lost on the way.
@@ -35,19 +35,30 @@ impl Core {
         self.dropped_on_wire.get(usize::from(link.0)).copied().unwrap_or(0)
     }
 
-    /// The devices, in the order of their plans.
+    /// The devices, in the order of their positions.
     pub fn devices(&self) -> impl Iterator<Item = &Device> {
-        self.units.iter().map(|unit| &unit.device)
+        self.units.iter().map(|(_, unit)| &unit.device)
+    }
+
+    /// The names of the devices with their positions, in the order of these.
+    pub fn names(&self) -> impl Iterator<Item = (usize, &str)> {
+        self.units.iter().map(|(device, unit)| (device, &*unit.name))
+    }
+
+    /// The device at position `device`.
+    #[must_use]
+    pub fn device(&self, device: usize) -> Option<&Device> {
+        self.units.get(device).map(|unit| &unit.device)
     }
 
     /// The nodes, in the order of their devices.
     pub fn nodes(&self) -> impl Iterator<Item = &Node> {
-        self.members.iter().map(|member| &member.node)
+        self.units.iter().flat_map(|(_, unit)| &unit.members).map(|member| &member.node)
     }
 
     /// The nodes of the device at position `device`, and their links.
     pub fn nodes_of(&self, device: usize) -> impl Iterator<Item = (LinkId, &Node)> {
-        let own = self.units.get(device).and_then(|unit| self.members.get(unit.members.clone()));
-        own.unwrap_or_default().iter().map(|member| (member.link, &member.node))
+        let own = self.units.get(device).map_or(&[][..], |unit| &unit.members);
+        own.iter().map(|member| (member.link, &member.node))
     }
 }

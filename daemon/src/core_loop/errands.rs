@@ -40,9 +40,9 @@ impl CoreLoop {
     fn carry_out(&mut self, now: Instant, errand: Errand) {
         match errand {
             Errand::Faults(task) => {
-                let outcome = task.order.carry_out(now, &mut self.core, self.reporter.devices());
+                let outcome = task.order.carry_out(now, &mut self.core);
                 if let (Ok(_), Some((device, change))) = (&outcome, task.order.change()) {
-                    self.reporter.ordered(now, device, &change);
+                    self.reporter.ordered(now, &self.core, device, &change);
                 }
                 task.conclude(outcome);
             }
@@ -52,11 +52,10 @@ impl CoreLoop {
             }
             Errand::Objects(task) => self.access(now, task),
             Errand::Claim(task) => {
-                let devices: Vec<&str> = self.reporter.devices().collect();
                 let buses: Vec<&str> = self.links.iter().map(|link| link.name.as_str()).collect();
-                let outcome = task.order.carry_out(&mut self.core, &devices, &buses);
+                let outcome = task.order.carry_out(&mut self.core, &buses);
                 if outcome.is_ok() {
-                    self.reporter.ordered(now, &task.order.device, &task.order.change());
+                    self.reporter.ordered(now, &self.core, &task.order.device, &task.order.change());
                 }
                 task.conclude(outcome);
             }
@@ -81,17 +80,15 @@ impl CoreLoop {
     }
 
     fn describe(&self, name: Option<&str>) -> Result<Vec<Described>, String> {
-        let names: Vec<&str> = self.reporter.devices().collect();
-        let wanted = name.map(|name| find_device(name, &names)).transpose()?;
-        let numbered = names.iter().enumerate();
-        let numbered = numbered.filter(|(number, _)| wanted.is_none_or(|wanted| wanted == *number));
-        let described = |(number, device): (usize, &&str)| {
+        let wanted = name.map(|name| find_device(&self.core, name)).transpose()?;
+        let named = self.core.names().filter(|(number, _)| wanted.is_none_or(|wanted| wanted == *number));
+        let described = |(number, device): (usize, &str)| {
             let nodes = self.core.nodes_of(number);
             let nodes = nodes.map(|(link, node)| (self.bus_name(link).to_owned(), node.node_id())).collect();
             let profile = self.core.profile(number)?.clone();
-            Some(Described { device: (*device).to_owned(), profile, nodes })
+            Some(Described { device: device.to_owned(), profile, nodes })
         };
-        Ok(numbered.filter_map(described).collect())
+        Ok(named.filter_map(described).collect())
     }
 
     fn bus_name(&self, link: LinkId) -> &str {
@@ -99,8 +96,7 @@ impl CoreLoop {
     }
 
     fn access(&mut self, now: Instant, task: ObjectTask) {
-        let names: Vec<&str> = self.reporter.devices().collect();
-        let device = match find_device(&task.order.device, &names) {
+        let device = match find_device(&self.core, &task.order.device) {
             Ok(device) => device,
             Err(unknown) => return task.conclude(Err(ObjectError::Unknown(unknown))),
         };
@@ -156,8 +152,7 @@ impl CoreLoop {
         let bus = bus.as_deref().map(|bus| self.find_bus(bus)).transpose()?;
         match (target, bus) {
             (Target::Device(device), bus) => {
-                let names: Vec<&str> = self.reporter.devices().collect();
-                let nodes = self.core.nodes_of(find_device(device, &names)?);
+                let nodes = self.core.nodes_of(find_device(&self.core, device)?);
                 let nodes = nodes.map(|(link, node)| (usize::from(link.0), node.node_id()));
                 let is_meant = |(link, node_id): &(usize, u8)| {
                     *node_id != UNCONFIGURED && bus.is_none_or(|bus| bus == *link)
@@ -235,10 +230,9 @@ impl CoreLoop {
     }
 
     fn known(&self, link: LinkId) -> Vec<Known> {
-        let names: Vec<&str> = self.reporter.devices().collect();
         let known = |(device, node): (usize, &canopen::Node)| {
             let profile = self.core.profile(device)?.clone();
-            let device = names.get(device).copied().unwrap_or("?").to_owned();
+            let device = self.core.name(device)?.to_string();
             let (node_id, communication) = (node.node_id(), node.communication().clone());
             Some(Known { node_id, device, profile, communication })
         };

@@ -50,7 +50,7 @@ pub(crate) fn status(now: Instant, core: &Core, around: &Around<'_>) -> Status {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         uptime_s: now.saturating_since(Instant::ZERO).as_secs(),
         buses,
-        devices: devices(now, core, reporter.devices(), links.iter().map(|link| link.name.as_str())),
+        devices: devices(now, core, links.iter().map(|link| link.name.as_str())),
         modbus: clients::collect(now, core, listeners),
         answers: answers.into(),
         lateness: lateness.into(),
@@ -116,16 +116,10 @@ fn bus(now: Instant, number: usize, link: &Link, core: &Core, reporter: &Reporte
     }
 }
 
-/// The devices at `now`, with their names and those of the buses, both in the order of the configuration.
-pub fn devices<'n>(
-    now: Instant,
-    core: &Core,
-    names: impl Iterator<Item = &'n str>,
-    buses: impl Iterator<Item = &'n str>,
-) -> Vec<Device> {
+/// The devices at `now`, with the names of the buses, which are in the order of the configuration.
+pub fn devices<'n>(now: Instant, core: &Core, buses: impl Iterator<Item = &'n str>) -> Vec<Device> {
     let buses: Vec<&str> = buses.collect();
-    let numbered = core.devices().zip(names).enumerate();
-    let device = |(number, (device, name)): (usize, (&profiles::Device, &str))| {
+    let device = |((number, name), device): ((usize, &str), &profiles::Device)| {
         let dialect = device.profile().dialect;
         let nodes = core.nodes_of(number);
         Device {
@@ -150,7 +144,7 @@ pub fn devices<'n>(
             commands: clients::commands(now, core, number, &buses),
         }
     };
-    numbered.map(device).collect()
+    core.names().zip(core.devices()).map(device).collect()
 }
 
 fn axis(status: &AxisStatus, dialect: Dialect) -> Axis {

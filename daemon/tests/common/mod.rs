@@ -14,6 +14,20 @@ use profiles::{PlantSetup, Profile};
 /// The first link.
 pub(crate) const LINK: LinkId = LinkId(0);
 
+/// What the devices of a bench are called.
+const NAMES: [&str; 4] = ["x", "y", "z", "w"];
+
+/// A device of this profile and name with the given nodes.
+pub(crate) fn plan(name: &str, profile: &Arc<Profile>, nodes: &[(u16, u8)]) -> Plan {
+    Plan {
+        name: name.into(),
+        profile: Arc::clone(profile),
+        nodes: nodes.iter().map(|(link, node_id)| (LinkId(*link), *node_id)).collect(),
+        plant: PlantSetup::default(),
+        serial: None,
+    }
+}
+
 /// A core whose links are watched.
 pub(crate) struct Bench {
     pub(crate) core: Core,
@@ -46,13 +60,9 @@ impl Bench {
     }
 
     fn built(profile: &Arc<Profile>, devices: &[&[(u16, u8)]]) -> Self {
-        let plan = |nodes: &&[(u16, u8)]| Plan {
-            profile: Arc::clone(profile),
-            nodes: nodes.iter().map(|(link, node_id)| (LinkId(*link), *node_id)).collect(),
-            plant: PlantSetup::default(),
-            serial: None,
-        };
-        let plans: Vec<Plan> = devices.iter().map(plan).collect();
+        let plans: Vec<Plan> =
+            NAMES.iter().zip(devices).map(|(name, nodes)| plan(name, profile, nodes)).collect();
+        assert_eq!(plans.len(), devices.len());
         let now = Instant::from_nanos(1_000_000_000);
         Self { core: Core::new(2, &plans, now).unwrap(), now }
     }

@@ -29,6 +29,7 @@ impl Tool {
     pub(crate) fn off() -> Self {
         let profile = Arc::new(Profile::embedded("canopen-reference", None).unwrap().unwrap());
         let plan = Plan {
+            name: "x".into(),
             profile: Arc::clone(&profile),
             nodes: vec![(LINK, 1)],
             plant: PlantSetup::default(),

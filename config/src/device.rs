@@ -23,6 +23,8 @@ pub struct Device {
     pub name: String,
     /// What it is; devices with the same profile and motor, and nothing of their own, share one.
     pub profile: Arc<Profile>,
+    /// The text of the profile file: devices of equal texts, motors and own values are equal.
+    pub profile_text: Arc<str>,
     /// Where it stands; empty if only Modbus reaches it.
     pub on: Vec<Attachment>,
     /// Modbus unit identifier: the given one or the first Node-ID; none if an LSS master is to give that.
@@ -118,9 +120,10 @@ impl<'b, 'r> Devices<'b, 'r> {
         let profile = table.require::<Spanned<&str>>("profile");
         let motor = table.get::<Spanned<&str>>("motor");
         let own_motor = defaults::motor_data(&mut table);
-        let profile = profile.and_then(|profile| {
+        let found = profile.and_then(|profile| {
             self.resolver.find(&profile, motor.as_ref(), own_motor.as_ref(), table.report)
         });
+        let (profile, text) = found.unzip();
         let label = name.clone().unwrap_or_default();
         let on = self.attachments(&mut table, &label, profile.as_deref());
         let unit_id = self.unit_id(&mut table, on.as_deref(), &label);
@@ -145,19 +148,22 @@ impl<'b, 'r> Devices<'b, 'r> {
         }
         table.finish();
         self.names.push(label);
-        self.read.push(name.zip(profile).zip(on).map(|((name, profile), on)| Device {
-            name,
-            profile,
-            on,
-            unit_id,
-            sdo_timeout,
-            serial,
-            timing,
-            modbus,
-            owner,
-            defaults,
-            motor_data: own_motor.map(|own| own.data).unwrap_or_default(),
-            plant,
+        self.read.push(name.zip(profile.zip(text)).zip(on).map(|((name, (profile, profile_text)), on)| {
+            Device {
+                name,
+                profile,
+                profile_text,
+                on,
+                unit_id,
+                sdo_timeout,
+                serial,
+                timing,
+                modbus,
+                owner,
+                defaults,
+                motor_data: own_motor.map(|own| own.data).unwrap_or_default(),
+                plant,
+            }
         }));
     }
 

@@ -7,6 +7,7 @@
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
 
 mod bus;
+mod changes;
 mod defaults;
 mod device;
 mod gateway;
@@ -19,6 +20,7 @@ mod service;
 mod switches;
 
 pub use bus::{Bus, Link};
+pub use changes::Changes;
 pub use defaults::LIMITS;
 pub use device::{Attachment, Device, Owner, UNCONFIGURED};
 pub use gateway::{Gateway, load};

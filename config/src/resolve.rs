@@ -27,7 +27,7 @@ pub(crate) struct Resolver<'r> {
 /// A profile file and what was made of it so far.
 struct Source {
     file: String,
-    text: String,
+    text: Arc<str>,
     /// The profile with the default motor, then those with others; empty if the file is wrong.
     loaded: Vec<Arc<Profile>>,
 }
@@ -38,21 +38,21 @@ impl<'r> Resolver<'r> {
         Self { directory, read, sources: HashMap::new(), wrong: Vec::new() }
     }
 
-    /// The profile `name` with `motor` or its default one, which may have other data; `None` if there is none, which is
-    /// reported.
+    /// The profile `name` with `motor` or its default one, which may have other data, and the text of its file; `None` if
+    /// there is none, which is reported.
     pub(crate) fn find(
         &mut self,
         name: &Spanned<&str>,
         motor: Option<&Spanned<&str>>,
         own: Option<&OwnMotor>,
         report: &mut Report,
-    ) -> Option<Arc<Profile>> {
+    ) -> Option<(Arc<Profile>, Arc<str>)> {
         let profile = self.shared(name, motor, report)?;
-        let Some(OwnMotor { data, span }) = own else { return Some(profile) };
         let Source { file, text, .. } = self.sources.get(*name.get_ref())?;
+        let Some(OwnMotor { data, span }) = own else { return Some((profile, Arc::clone(text))) };
         let wanted = profile.motor.as_ref().map(|motor| motor.name.as_str());
         match Profile::parse_with(file, text, wanted, data) {
-            Ok(own) => Some(Arc::new(own)),
+            Ok(own) => Some((Arc::new(own), Arc::clone(text))),
             Err(Diagnostics(wrong)) => {
                 // The file is good, so it is the data that it does not take.
                 let first = wrong.first().map_or("", |wrong| wrong.message.as_str());
@@ -96,7 +96,7 @@ impl<'r> Resolver<'r> {
         let (file, text) = self.locate(name, report)?;
         let default = Profile::parse(&file, &text, None);
         let default = default.map_err(|Diagnostics(wrong)| self.wrong.extend(wrong)).ok();
-        Some(Source { file, text, loaded: default.into_iter().map(Arc::new).collect() })
+        Some(Source { file, text: text.into(), loaded: default.into_iter().map(Arc::new).collect() })
     }
 
     /// Name and text of the file of the profile `name`.

@@ -3,7 +3,9 @@
 //! Buses and devices are known by their names. What cannot be changed while the daemon runs keeps its value, and is told
 //! ([`Changes::restart`]); all else of the new configuration is taken.
 
-use crate::{Attachment, Bus, Device, Gateway, Listener, Owner};
+use std::net::SocketAddr;
+
+use crate::{Attachment, Bus, Device, Gateway, Listener, ModbusView, Owner};
 
 /// See the module's documentation. Positions are those of [`Changes::next`].
 #[derive(Clone, Debug)]
@@ -114,7 +116,7 @@ fn is_same_bus(old: &Bus, new: &Bus) -> bool {
 }
 
 /// Where buses are served by socketcand.
-fn served(gateway: &Gateway) -> Vec<(&str, std::net::SocketAddr)> {
+fn served(gateway: &Gateway) -> Vec<(&str, SocketAddr)> {
     let mut served: Vec<_> =
         gateway.buses.iter().filter_map(|bus| Some((bus.name.as_str(), bus.socketcand?))).collect();
     served.sort_unstable();
@@ -154,14 +156,19 @@ fn is_same_device((running, old): (&Gateway, &Device), (next, new): (&Gateway, &
         && old.on.iter().zip(&new.on).all(is_same_place)
 }
 
-/// How a device looks from outside, and who commands it: that can change while it runs.
-fn outside<'g>(
-    gateway: &'g Gateway,
-    device: &Device,
-) -> (Option<(Option<u8>, crate::ModbusView)>, Option<Option<&'g str>>) {
-    let owner = device.owner.map(|owner| match owner {
+/// What of a device can change while it runs.
+#[derive(PartialEq)]
+struct Outside<'g> {
+    /// How it looks to Modbus clients, if there are any.
+    modbus: Option<(Option<u8>, ModbusView)>,
+    /// Who alone commands it, as the file says it.
+    owner: Option<&'g str>,
+}
+
+fn outside<'g>(gateway: &'g Gateway, device: &Device) -> Outside<'g> {
+    let owner = device.owner.and_then(|owner| match owner {
         Owner::Bus(bus) => gateway.buses.get(bus).map(|bus| bus.name.as_str()),
-        Owner::Modbus => None,
+        Owner::Modbus => Some("modbus"),
     });
-    ((!gateway.modbus.is_empty()).then_some((device.unit_id, device.modbus)), owner)
+    Outside { modbus: (!gateway.modbus.is_empty()).then_some((device.unit_id, device.modbus)), owner }
 }

@@ -5,6 +5,9 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 
+use nix::errno::Errno;
+use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
+
 /// The sleeper's end.
 #[derive(Debug)]
 pub struct Alarm {
@@ -45,6 +48,23 @@ impl Alarm {
     /// What is readable while it rings.
     pub(crate) fn fd(&self) -> BorrowedFd<'_> {
         self.heard.as_fd()
+    }
+
+    /// Sleeps until it rings, and silences it.
+    ///
+    /// # Errors
+    /// The operating system does not let it sleep.
+    pub(crate) fn wait(&self) -> io::Result<()> {
+        let mut fds = [PollFd::new(self.fd(), PollFlags::POLLIN)];
+        loop {
+            match poll(&mut fds, PollTimeout::NONE) {
+                Ok(_) => break,
+                Err(Errno::EINTR) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        self.silence();
+        Ok(())
     }
 
     /// Silences it.

@@ -8,19 +8,23 @@ mod files;
 mod line;
 
 use core::time::Duration;
+use std::collections::VecDeque;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
 use config::{Audit, Gateway};
+use od::Instant;
+use profiles::Profile;
 use tracing::warn;
 
 use crate::clock::Clock;
 use crate::core::AuditEntry;
 use crate::log::module::AUDIT;
+use crate::reload::Report;
 
 pub use files::{Files, last_lines};
 pub use line::{Line, Names};
@@ -37,10 +41,24 @@ pub(crate) fn directory(gateway: &Gateway, storage: Option<&Path>) -> Option<Pat
     own.filter(|_| *is_on)
 }
 
+/// Something for the writer.
+#[derive(Debug)]
+enum Told {
+    Entry(AuditEntry),
+    /// What the device at a position is from now on.
+    Device(usize, String, Arc<Profile>),
+    /// What the bus of a link is called from now on.
+    Bus(usize, String),
+    /// The configuration was reloaded at this time.
+    Reload(Instant, Arc<Report>),
+}
+
 /// The core's end. When it is dropped, what waits is written.
 #[derive(Debug)]
 pub struct Trail {
-    entries: Option<SyncSender<AuditEntry>>,
+    entries: Option<SyncSender<Told>>,
+    /// What found no room and must not be lost: later entries would be told of others than they are of.
+    owed: VecDeque<Told>,
     lost: Arc<AtomicU64>,
     lost_before: u64,
     writer: Option<JoinHandle<()>>,
@@ -56,14 +74,52 @@ impl Trail {
         let lost = Arc::new(AtomicU64::new(0));
         let writer = Writer { files, names, clock, lost: Arc::clone(&lost), told: 0, is_broken: false };
         let writer = thread::Builder::new().name("audit".to_owned()).spawn(move || writer.run(&waiting))?;
-        Ok(Self { entries: Some(entries), lost, lost_before: 0, writer: Some(writer) })
+        Ok(Self { entries: Some(entries), owed: VecDeque::new(), lost, lost_before: 0, writer: Some(writer) })
     }
 
     /// Takes an entry and does not wait for anything.
-    pub fn submit(&self, entry: AuditEntry) {
-        if self.entries.as_ref().is_none_or(|entries| entries.try_send(entry).is_err()) {
+    pub fn submit(&mut self, entry: AuditEntry) {
+        self.pay();
+        if !self.owed.is_empty() || self.put(Told::Entry(entry)).is_err() {
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
+    }
+
+    /// The device at this position is called so from now on, and its objects as in this profile.
+    pub fn name_device(&mut self, device: usize, name: &str, profile: &Arc<Profile>) {
+        self.owe(Told::Device(device, name.to_owned(), Arc::clone(profile)));
+    }
+
+    /// The bus of this link is called so from now on.
+    pub fn name_bus(&mut self, link: usize, name: &str) {
+        self.owe(Told::Bus(link, name.to_owned()));
+    }
+
+    /// The configuration was reloaded.
+    pub fn note_reload(&mut self, now: Instant, report: &Arc<Report>) {
+        self.owe(Told::Reload(now, Arc::clone(report)));
+    }
+
+    /// Tells something at once or when there is room; there is only so much of it as reloads bring.
+    fn owe(&mut self, told: Told) {
+        self.owed.push_back(told);
+        self.pay();
+    }
+
+    fn pay(&mut self) {
+        while let Some(told) = self.owed.pop_front() {
+            if let Err(told) = self.put(told) {
+                return self.owed.push_front(told);
+            }
+        }
+    }
+
+    /// Passes it on; gives it back if there is no room.
+    fn put(&self, told: Told) -> Result<(), Told> {
+        let Some(entries) = &self.entries else { return Ok(()) };
+        entries.try_send(told).map_err(|refused| match refused {
+            TrySendError::Full(told) | TrySendError::Disconnected(told) => told,
+        })
     }
 
     /// Counts entries that were lost on their way here, of which there were so many since the start.
@@ -99,10 +155,17 @@ struct Writer {
 }
 
 impl Writer {
-    fn run(mut self, waiting: &Receiver<AuditEntry>) {
+    fn run(mut self, waiting: &Receiver<Told>) {
         loop {
             match waiting.recv_timeout(FLUSH) {
-                Ok(entry) => {
+                Ok(Told::Device(device, name, profile)) => self.names.set_device(device, &name, &profile),
+                Ok(Told::Bus(link, name)) => self.names.set_bus(link, name),
+                Ok(Told::Reload(at, report)) => {
+                    self.tell_losses();
+                    let line = Line::reload(at, self.wall(at), &report).text();
+                    self.put(line);
+                }
+                Ok(Told::Entry(entry)) => {
                     self.tell_losses();
                     let line = Line::of(&entry, &self.names, self.wall(entry.at)).text();
                     if !self.put(line) {
@@ -124,7 +187,7 @@ impl Writer {
     }
 
     /// What the wall clock shows at a moment just past.
-    fn wall(&self, moment: od::Instant) -> Duration {
+    fn wall(&self, moment: Instant) -> Duration {
         Clock::wall().saturating_sub(self.clock.now().saturating_since(moment))
     }
 

@@ -16,6 +16,7 @@ use serde::Serialize;
 use crate::cli::{Failure, conclude};
 use crate::commands::print;
 use crate::control::{self, Request, Response, place_of_instance};
+use crate::reload::Report;
 use client::Client;
 use command_line::{Cli, Command, Fault, Nmt};
 
@@ -40,6 +41,7 @@ pub fn main() -> ExitCode {
         Command::Lss(lss) => show_slave(&client, output, &lss.into()),
         Command::Dump(dump) => dump::run(&client, output, &dump),
         Command::Fault(fault) => show_faults(&client, output, fault),
+        Command::Reload => reload(&client, output),
         Command::Log { change } => show_log(&client, output, change),
         Command::Audit { count } => show_audit(&client, output, count),
         Command::Version => show_version(&client, output),
@@ -49,6 +51,9 @@ pub fn main() -> ExitCode {
 
 /// How long an LSS task may take: a scan takes seconds, and a slave has seconds to store.
 const LSS_PATIENCE: Duration = Duration::from_secs(30);
+
+/// How long a reload may take: axes that leave ramp down for seconds, and what is being stored is waited for.
+const RELOAD_PATIENCE: Duration = Duration::from_secs(60);
 
 /// For whom the output is.
 #[derive(Clone, Copy, Debug)]
@@ -97,6 +102,19 @@ fn show_slave(client: &Client, output: Output, request: &Request) -> Result<(), 
     }
 }
 
+/// Lets the daemon reload, and fails if it refuses the file.
+fn reload(client: &Client, output: Output) -> Result<(), Failure> {
+    match client.connect(&Request::Reload {})?.next(RELOAD_PATIENCE)? {
+        Response::Reload(report) if report.is_refused() && output.is_json => {
+            output.print(&report, Report::text)?;
+            Err(Failure::ConfigurationShown)
+        }
+        Response::Reload(report) if report.is_refused() => Err(Failure::Configuration(report.text())),
+        Response::Reload(report) => output.print(&report, Report::text),
+        other => Err(refusal(other)),
+    }
+}
+
 fn show_log(client: &Client, output: Output, change: Option<String>) -> Result<(), Failure> {
     match client.ask(&Request::Log { change })? {
         Response::Log(levels) => output.print(&levels, control::levels_text),
@@ -127,6 +145,7 @@ fn refusal(response: Response) -> Failure {
         Response::Version(_)
         | Response::Status(_)
         | Response::Faults(_)
+        | Response::Reload(_)
         | Response::Log(_)
         | Response::Audit(_)
         | Response::Objects(_)

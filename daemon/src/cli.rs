@@ -21,7 +21,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Serve the devices of a configuration until SIGTERM or SIGINT
+    /// Serve the devices of a configuration until SIGTERM or SIGINT; SIGHUP reloads it
     Run(Run),
     /// Say everything that is wrong with a configuration
     Check {
@@ -83,6 +83,16 @@ pub(crate) enum Failure {
     ConfigurationShown,
     /// Anything else.
     Other(String),
+}
+
+impl Failure {
+    /// The text; none where it is shown already.
+    pub(crate) fn into_text(self) -> String {
+        match self {
+            Self::Configuration(text) | Self::Other(text) => text,
+            Self::ConfigurationShown => String::new(),
+        }
+    }
 }
 
 /// The command line of `axisd`, for its manual and the completion of shells.

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::cli::Failure;
 use crate::explain::Explanation;
-use crate::{modbus_tcp, registers, run};
+use crate::{build, modbus_tcp, registers, run};
 
 /// The configuration in `file`.
 pub(crate) fn load(file: &Path) -> Result<Gateway, Failure> {
@@ -23,7 +23,7 @@ pub(crate) fn parse(name: &str, text: &str) -> Result<Gateway, Diagnostics> {
 }
 
 /// The configuration in `file`; a file that cannot be read is wrong at its beginning.
-fn read(file: &Path) -> Result<Gateway, Diagnostics> {
+pub(crate) fn read(file: &Path) -> Result<Gateway, Diagnostics> {
     let name = file.display().to_string();
     let text = fs::read_to_string(file).map_err(|error| {
         let file = name.clone();
@@ -43,7 +43,7 @@ pub(crate) fn check(file: &Path, as_json: bool, explain: bool) -> Result<(), Fai
         Err(wrong) => return Err(Failure::Configuration(wrong.to_string())),
     };
     // What only the bus engine can tell: mappings of PDOs, for example.
-    run::core(&gateway, Instant::ZERO)?;
+    build::core(&gateway, Instant::ZERO)?;
     if explain {
         let explanation = Explanation::new(&gateway, run::storage_directory(&gateway).as_deref());
         let text = explanation.text().map_err(|error| Failure::Other(error.to_string()));

@@ -46,8 +46,8 @@ use unit::Member;
 pub use access::{Authority, LOCAL, WriteRefused};
 pub use audit::{AuditEntry, What};
 pub use modbus::{
-    ClientId, ClientStatus, ListenerCounters, ListenerPlan, ModbusPlan, Refused, WhenFull, identification,
-    map,
+    Admission, ClientId, ClientStatus, ListenerCounters, ListenerPlan, ModbusPlan, Refused, WhenFull,
+    identification, map,
 };
 pub use notices::{Counters, Notice};
 pub use ownership::NoAxis;
@@ -158,6 +158,17 @@ impl Core {
             core.join(Unit::new(plan, now).map_err(|reason| PlanError { device, reason })?);
         }
         Ok(core)
+    }
+
+    /// Gives `link`, which may be new and on which there is no device, to another bus.
+    pub fn open_link(&mut self, link: LinkId) {
+        let position = usize::from(link.0);
+        if self.routers.len() <= position {
+            self.routers.resize_with(position + 1, Router::default);
+            self.dropped_on_wire.resize(position + 1, 0);
+        }
+        self.routers.get_mut(position).into_iter().for_each(|router| *router = Router::default());
+        self.dropped_on_wire.get_mut(position).into_iter().for_each(|dropped| *dropped = 0);
     }
 
     /// Makes `timeout` the silence of an SDO client of `device` after which its transfer is aborted; it is one second

@@ -5,6 +5,7 @@
 
 mod errands;
 mod modbus;
+mod reload;
 
 use core::time::Duration;
 use std::io;
@@ -32,6 +33,7 @@ use crate::sys::BATCH;
 use crate::wait::{Woken, wait, wake_punctually};
 
 pub(crate) use modbus::Times;
+pub(crate) use reload::Reloads;
 
 /// How long the axes may take to ramp down at the end.
 const LONGEST_RAMP: Duration = Duration::from_secs(5);
@@ -50,8 +52,8 @@ const MAX_TURNS_WITHOUT_CLOCK: u32 = 16;
 pub(crate) struct CoreLoop {
     pub(crate) core: Core,
     pub(crate) links: Vec<Link>,
-    /// What socketcand clients send, if any may.
-    pub(crate) clients: Option<mpsc::Receiver<Inbound>>,
+    /// What socketcand clients send.
+    pub(crate) clients: mpsc::Receiver<Inbound>,
     /// Where Modbus clients are, if any may connect.
     pub(crate) modbus: Option<Sockets>,
     pub(crate) clock: Clock,
@@ -74,6 +76,7 @@ pub(crate) struct CoreLoop {
     pub(crate) attentive_until: Instant,
     pub(crate) turns_without_clock: u32,
     pub(crate) times: Times,
+    pub(crate) reloads: Reloads,
 }
 
 /// How to sleep.
@@ -126,6 +129,7 @@ impl CoreLoop {
             has_backlog |= self.modbus.as_ref().is_some_and(Sockets::has_ready);
             has_backlog |= self.carry_out_errands(now);
             self.serve_storage(now);
+            has_backlog |= end.is_none() && self.reload(now);
             if self.stop.load(Ordering::Relaxed) {
                 end = Some(self.stop_axes(now, end));
             }
@@ -177,15 +181,16 @@ impl CoreLoop {
         }
         let interfaces = self.links.iter().filter_map(|link| link.interface.as_ref());
         let modbus = self.modbus.as_ref().and_then(Sockets::poll_timeout);
+        let reload = self.reloads.deadline().filter(|deadline| *deadline > now);
         let deadlines =
-            interfaces.map(SocketCan::poll_timeout).chain([self.core.poll_timeout(), end, modbus]);
+            interfaces.map(SocketCan::poll_timeout).chain([self.core.poll_timeout(), end, modbus, reload]);
         let deadline = deadlines.flatten().min();
         let watchdog = self.manager.watchdog();
         let is_far = |deadline: Instant| deadline > now + LONGEST_BLOCK + MARGIN;
         let is_far = deadline.is_none_or(is_far) && watchdog.map(Watchdog::latest).is_none_or(is_far);
         let is_alone = match &*self.links {
-            [Link { interface: Some(interface), .. }] => {
-                interface.fd().is_some() && self.clients.is_none() && self.modbus.is_none()
+            [Link { interface: Some(interface), clients: None, .. }] => {
+                interface.fd().is_some() && self.modbus.is_none()
             }
             _ => false,
         };
@@ -251,9 +256,8 @@ impl CoreLoop {
 
     /// Puts frames of clients on their buses. Whether there may be more.
     fn take_from_clients(&mut self, now: Instant) -> bool {
-        let Some(clients) = &mut self.clients else { return false };
         for _ in 0..CLIENT_BATCH {
-            let Ok(Inbound { link, client, at, frame }) = clients.try_recv() else { return false };
+            let Ok(Inbound { link, client, at, frame }) = self.clients.try_recv() else { return false };
             self.times.arrived(at);
             if let Some(link) = self.links.get_mut(usize::from(link.0)) {
                 link.send(now, Some(client), &frame);
@@ -320,7 +324,9 @@ impl CoreLoop {
     fn serve_storage(&mut self, now: Instant) {
         loop {
             while let Some((device, parameters)) = self.core.poll_store() {
-                self.storage.submit(device, parameters);
+                if let Some(name) = self.core.name(device) {
+                    self.storage.submit(device, name, parameters);
+                }
             }
             let Some(Done { device, outcome }) = self.storage.poll() else { return };
             self.reporter.stored(now, &self.core, device, outcome.as_ref().err());
@@ -342,7 +348,7 @@ impl CoreLoop {
 
     /// Gives the status to whoever wants it.
     fn publish(&mut self, now: Instant) {
-        let Self { publisher, core, links, reporter, modbus, times, clients, audit, .. } = self;
+        let Self { publisher, core, links, reporter, modbus, times, clients, audit, reloads, .. } = self;
         if let Some(publisher) = publisher.as_mut().filter(|publisher| publisher.is_wanted(now)) {
             let around = status::Around {
                 links,
@@ -351,7 +357,8 @@ impl CoreLoop {
                 answers: &times.answers,
                 lateness: &times.lateness,
                 turns: times.turns.as_ref(),
-                waiting_clients: clients.as_ref().map_or(0, mpsc::Receiver::len),
+                waiting_clients: clients.len(),
+                reload: reloads.last.as_deref(),
                 lost_audit: audit.as_ref().map(Trail::lost),
             };
             publisher.publish(now, status::status(now, core, &around));

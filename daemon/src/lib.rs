@@ -10,6 +10,7 @@
 pub mod alarm;
 pub mod audit;
 pub mod axisctl;
+mod build;
 pub mod cli;
 pub mod clock;
 mod commands;
@@ -28,6 +29,7 @@ pub mod motion;
 pub mod objects;
 mod realtime;
 pub mod registers;
+pub mod reload;
 mod reporter;
 mod run;
 mod service_manager;

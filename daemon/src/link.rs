@@ -8,6 +8,8 @@ mod stopwatch;
 mod tap;
 mod wire_format;
 
+use std::sync::Arc;
+
 use canopen::Frame;
 use od::Instant;
 use tokio::sync::broadcast;
@@ -46,6 +48,37 @@ pub(crate) struct Link {
 }
 
 impl Link {
+    /// A bus that nobody has sent anything on, with its number.
+    pub(crate) fn new(id: LinkId, name: &str, interface: Option<SocketCan>) -> Self {
+        let (name, load, taps) = (name.to_owned(), Load::default(), Vec::new());
+        let (clients, kinds) = (None, Default::default());
+        Self { id, name, interface, clients, received: 0, sent: 0, load, taps, kinds }
+    }
+
+    /// What is at the number of a bus that has gone, until another one gets it.
+    pub(crate) fn gone(id: LinkId) -> Self {
+        Self::new(id, "", None)
+    }
+
+    /// Whether there is a bus; every one has a name.
+    pub(crate) fn is_there(&self) -> bool {
+        !self.name.is_empty()
+    }
+
+    /// The interface and what measures how busy it is, unless the bus is virtual.
+    pub(crate) fn gauge(&self) -> Option<(String, Arc<Gauge>)> {
+        let interface = self.interface.as_ref()?;
+        Some((interface.interface().to_owned(), Arc::clone(interface.gauge())))
+    }
+
+    /// Lets clients hear it, or none; an interface is then listened to accordingly with the next subscription.
+    pub(crate) fn set_clients(&mut self, clients: Option<broadcast::Sender<Passed>>) {
+        if let Some(interface) = &mut self.interface {
+            interface.set_hears_all(clients.is_some());
+        }
+        self.clients = clients;
+    }
+
     /// Sends a frame, of a client if `sender` says so, to everybody outside but its sender.
     pub(crate) fn send(&mut self, at: Instant, sender: Option<u64>, frame: &Frame) {
         let [received, sent] = &mut self.kinds;

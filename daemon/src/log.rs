@@ -159,6 +159,15 @@ impl Dial {
         self.0.modify(change).map_err(|_| LogError::Closed)
     }
 
+    /// Makes it what the configuration says, as far as the environment does not.
+    ///
+    /// # Errors
+    /// There is no log any more.
+    pub(crate) fn reset(&self, log: &Log) -> Result<(), LogError> {
+        let targets = targets(log, env::var("RUST_LOG").ok().as_deref());
+        self.0.reload(targets).map_err(|_| LogError::Closed)
+    }
+
     /// What it says of each module, in words.
     ///
     /// # Errors

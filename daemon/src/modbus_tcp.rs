@@ -4,6 +4,7 @@
 //! that are ready wait in a queue; of each one request is served in turn ([`Sockets::serve_next`], [`Sockets::send`]), and the
 //! core thread looks at its other duties after either.
 
+mod change;
 mod listen;
 mod setup;
 
@@ -17,10 +18,11 @@ use config::Network;
 use nix::sys::epoll::{Epoll, EpollCreateFlags, EpollEvent, EpollFlags, EpollTimeout};
 use od::Instant;
 
-use crate::core::{ClientId, Core};
+use crate::core::{Admission, ClientId, Core};
 
+pub(crate) use change::Change;
 use listen::listen;
-pub(crate) use setup::{dialect, introduce, listen_all};
+pub(crate) use setup::{bind, dialect, introduce, listen_all, owner, plan, view};
 
 /// Events that are taken at once.
 const EVENTS: usize = 64;
@@ -32,16 +34,31 @@ const RETRY_ACCEPT: Duration = Duration::from_millis(500);
 const IS_LISTENER: u64 = 1 << 63;
 
 /// Addresses on which clients are served alike, listened on.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Listening {
-    pub(crate) listeners: Vec<TcpListener>,
+    /// Each with its address in the configuration.
+    pub(crate) listeners: Vec<(SocketAddr, TcpListener)>,
     pub(crate) allow: Vec<Network>,
     pub(crate) read_only: Vec<Network>,
+}
+
+impl Listening {
+    /// What a client may do that comes from `peer`.
+    fn admission(&self, peer: SocketAddr) -> Admission {
+        let is_in = |networks: &[Network]| networks.iter().any(|network| network.contains(peer.ip()));
+        match (self.allow.is_empty() || is_in(&self.allow), is_in(&self.read_only)) {
+            (false, _) => Admission::Refused,
+            (true, true) => Admission::Reads,
+            (true, false) => Admission::Full,
+        }
+    }
 }
 
 #[derive(Debug)]
 struct Socket {
     listener: TcpListener,
+    /// Its address in the configuration.
+    address: SocketAddr,
     /// Its number in the core.
     number: usize,
     /// When it is listened on again.
@@ -63,7 +80,8 @@ pub(crate) struct Sockets {
     listening: Vec<Listening>,
     /// For each of the core's listeners, its addresses.
     addresses: Vec<Vec<String>>,
-    sockets: Vec<Socket>,
+    /// By their numbers among the events; a place is free when its socket has gone.
+    sockets: Vec<Option<Socket>>,
     /// By the numbers of the clients.
     connections: Vec<Option<Connection>>,
     ready: VecDeque<ClientId>,
@@ -87,18 +105,18 @@ impl Sockets {
     pub(crate) fn new(mut listening: Vec<Listening>) -> io::Result<Self> {
         let epoll = Epoll::new(EpollCreateFlags::EPOLL_CLOEXEC)?;
         let mut sockets = Vec::new();
-        let shown =
-            |listener: &TcpListener| listener.local_addr().map_or_else(|e| e.to_string(), |a| a.to_string());
-        let addresses = listening.iter().map(|own| own.listeners.iter().map(shown).collect()).collect();
         for (number, own) in listening.iter_mut().enumerate() {
-            for listener in own.listeners.drain(..) {
+            for (address, listener) in own.listeners.drain(..) {
                 let event = EpollEvent::new(EpollFlags::EPOLLIN, IS_LISTENER | sockets.len() as u64);
                 epoll.add(&listener, event)?;
-                sockets.push(Socket { listener, number, retry: None });
+                sockets.push(Some(Socket { listener, address, number, retry: None }));
             }
         }
-        let (connections, ready) = (Vec::new(), VecDeque::new());
-        Ok(Self { epoll, listening, addresses, sockets, connections, ready, chunk: vec![0; CHUNK] })
+        let (addresses, connections, ready) = (Vec::new(), Vec::new(), VecDeque::new());
+        let mut sockets =
+            Self { epoll, listening, addresses, sockets, connections, ready, chunk: vec![0; CHUNK] };
+        sockets.note_addresses();
+        Ok(sockets)
     }
 
     /// What becomes readable when [`Sockets::take_events`] has something to take.
@@ -108,7 +126,7 @@ impl Sockets {
 
     /// When a listener is to be tried again.
     pub(crate) fn poll_timeout(&self) -> Option<Instant> {
-        self.sockets.iter().filter_map(|socket| socket.retry).min()
+        self.sockets.iter().flatten().filter_map(|socket| socket.retry).min()
     }
 
     /// For each of the core's listeners, its addresses.
@@ -144,7 +162,7 @@ impl Sockets {
     /// Tries listeners again, and closes connections that the core has given up.
     pub(crate) fn handle_timeout(&mut self, now: Instant, core: &mut Core) {
         for position in 0..self.sockets.len() {
-            let Some(socket) = self.sockets.get_mut(position) else { continue };
+            let Some(Some(socket)) = self.sockets.get_mut(position) else { continue };
             if socket.retry.is_some_and(|retry| retry <= now) {
                 socket.retry = None;
                 let event = EpollEvent::new(EpollFlags::EPOLLIN, IS_LISTENER | position as u64);
@@ -200,7 +218,7 @@ impl Sockets {
 
     /// Lets one client in; others that wait make the socket ready again.
     fn accept(&mut self, now: Instant, core: &mut Core, position: usize) {
-        let Some(socket) = self.sockets.get_mut(position) else { return };
+        let Some(Some(socket)) = self.sockets.get_mut(position) else { return };
         let number = socket.number;
         match socket.listener.accept() {
             Ok((stream, peer)) => self.admit(now, core, number, stream, peer),
@@ -216,13 +234,12 @@ impl Sockets {
 
     /// Lets a client in, if it may connect and has a place. One that has not is closed by being dropped.
     fn admit(&mut self, now: Instant, core: &mut Core, number: usize, stream: TcpStream, peer: SocketAddr) {
-        let Some(Listening { allow, read_only, .. }) = self.listening.get(number) else { return };
-        let is_in = |networks: &[Network]| networks.iter().any(|network| network.contains(peer.ip()));
-        if !allow.is_empty() && !is_in(allow) {
+        let admission = self.listening.get(number).map_or(Admission::Refused, |own| own.admission(peer));
+        if admission == Admission::Refused {
             core.turn_away(number);
             return;
         }
-        let reads_only = is_in(read_only);
+        let reads_only = admission == Admission::Reads;
         if listen::prepare(&stream).is_err() {
             return;
         }

@@ -37,6 +37,16 @@ impl Reporter {
         Self { limiter: Limiter::default(), troubles, unsent }
     }
 
+    /// Forgets what was said of a link, which may be new, and is to be another bus.
+    pub(crate) fn open_link(&mut self, link: usize) {
+        if self.troubles.len() <= link {
+            self.troubles.resize(link + 1, None);
+            self.unsent.resize(link + 1, 0);
+        }
+        self.troubles.get_mut(link).into_iter().for_each(|trouble| *trouble = None);
+        self.unsent.get_mut(link).into_iter().for_each(|unsent| *unsent = 0);
+    }
+
     /// Why the interface of a link cannot be used, if that is known.
     pub(crate) fn trouble(&self, link: usize) -> Option<&str> {
         self.troubles.get(link)?.as_deref()

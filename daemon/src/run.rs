@@ -8,39 +8,37 @@ use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::sync_channel;
 
 use config::Gateway;
 use od::Instant;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::{flag, low_level};
-use tokio::sync::mpsc;
+use tokio::runtime::Handle;
 use tracing::{info, warn};
 
 use crate::alarm::Alarm;
 use crate::audit::{self, Files, Names, Trail};
 use crate::cli::Failure;
 use crate::clock::Clock;
-use crate::commands;
-use crate::control::{self, ControlSocket, Operation, Reader};
-use crate::core::{Core, LinkId, Plan};
-use crate::core_loop::{CoreLoop, Times};
-use crate::demo;
-use crate::link::{Gauge, Link, Load, SocketCan, measure};
+use crate::control::{self, ControlSocket, Operation};
+use crate::core::{Core, LinkId};
+use crate::core_loop::{CoreLoop, Reloads, Times};
+use crate::link::{Link, measure};
 use crate::log::Dial;
-use crate::log::module::{SERVICE, STORAGE};
+use crate::log::module::SERVICE;
 use crate::modbus_tcp::{self, Sockets};
-use crate::realtime;
+use crate::reload::{self, Asker, Reloader};
 use crate::reporter::Reporter;
 use crate::service_manager::ServiceManager;
-use crate::services;
-use crate::socketcand::{self, Bus, Inbound, Listening, ToCore};
-use crate::storage::{self, Claim, Storage};
-use crate::{log, metrics};
+use crate::socketcand::{self, Bus, Listening, Port, ToCore};
+use crate::storage::{Claim, Storage};
+use crate::{build, commands, demo, log, metrics, realtime, services};
 
 /// `axisd run --config FILE`.
 pub(crate) fn file(file: &Path) -> Result<(), Failure> {
     let gateway = commands::load(file)?;
-    serve(&gateway, "give `socketcand` another port", "")
+    serve(gateway, Some(file), "give `socketcand` another port", "")
 }
 
 /// `axisd run --demo`.
@@ -50,15 +48,16 @@ pub(crate) fn demo(socketcand: Option<SocketAddr>) -> Result<(), Failure> {
     for bus in &mut gateway.buses {
         bus.socketcand = socketcand.or(bus.socketcand);
     }
-    serve(&gateway, "choose another by --socketcand ADDR:PORT", &demo::introduction(&gateway))
+    let introduction = demo::introduction(&gateway);
+    serve(gateway, None, "choose another by --socketcand ADDR:PORT", &introduction)
 }
 
-/// Serves `gateway` until a signal; `advice` is for a taken port, `introduction` for standard output.
-fn serve(gateway: &Gateway, advice: &str, introduction: &str) -> Result<(), Failure> {
-    let listening = listen(gateway, advice)?;
-    let modbus = modbus_tcp::listen_all(gateway)?;
+/// Serves `gateway`, which stands in `file`, until a signal; `advice` is for a taken port, `introduction` for standard output.
+fn serve(gateway: Gateway, file: Option<&Path>, advice: &str, introduction: &str) -> Result<(), Failure> {
+    let ports = Ports::listen(&gateway, advice)?;
+    let modbus = modbus_tcp::listen_all(&gateway)?;
     let (log, dial) = log::start(&gateway.service.log);
-    let outcome = run(gateway, listening, modbus, introduction, dial);
+    let outcome = run(gateway, file, ports, modbus, introduction, dial);
     info!(target: SERVICE, "stopped");
     drop(log);
     outcome
@@ -66,39 +65,64 @@ fn serve(gateway: &Gateway, advice: &str, introduction: &str) -> Result<(), Fail
 
 /// Runs until a signal; the control socket is in the file system until then.
 fn run(
-    gateway: &Gateway,
-    listening: Vec<Listening>,
+    gateway: Gateway,
+    file: Option<&Path>,
+    ports: Ports,
     modbus: Vec<modbus_tcp::Listening>,
     introduction: &str,
     dial: Dial,
 ) -> Result<(), Failure> {
-    let (socket, listener) = control_socket(gateway)?.unzip();
+    let other = |error: io::Error| Failure::Other(error.to_string());
+    let (socket, listener) = control_socket(&gateway)?.unzip();
     socket.iter().for_each(|socket| info!(target: SERVICE, "control socket {}", socket.path().display()));
-    let mut core_loop = start(gateway, listening, listener, dial)?;
-    modbus_tcp::introduce(&mut core_loop.core, gateway);
-    if !modbus.is_empty() {
-        let sockets = Sockets::new(modbus).map_err(|error| Failure::Other(error.to_string()))?;
-        core_loop.modbus = Some(sockets);
+    let hang_up = file.map(|_| reload_on_signal()).transpose().map_err(other)?;
+    let (asker, asking) = hang_up.as_ref().map(reload::asker).unzip();
+    let (mut core_loop, around) = start(&gateway, ports, listener, dial, asker)?;
+    modbus_tcp::introduce(&mut core_loop.core, &gateway);
+    let has_sockets = !modbus.is_empty();
+    if has_sockets {
+        core_loop.modbus = Some(Sockets::new(modbus).map_err(other)?);
     }
-    realtime::apply(&gateway.service.realtime);
-    let outcome = core_loop.run(|| announce(introduction));
+    let wanted = gateway.service.realtime.clone();
+    // Whoever reloads waits until all is served.
+    let (ready, is_ready) = sync_channel(1);
+    if let (Some(file), Some(alarm), Some(asking)) = (file, hang_up, asking) {
+        let reloader = reloader(file, gateway, around, &mut core_loop, has_sockets);
+        reloader.and_then(|reloader| reloader.start(alarm, asking, is_ready)).map_err(other)?;
+    }
+    // Threads from before have no part in it.
+    realtime::apply(&wanted);
+    let outcome = core_loop.run(|| {
+        announce(introduction);
+        // Without a file there is nobody.
+        let _ = ready.send(());
+    });
     drop(socket);
-    outcome.map_err(|error| Failure::Other(error.to_string()))
+    outcome.map_err(other)
 }
 
-/// The core loop, ready to run.
+/// What is beside the core loop.
+struct Around {
+    services: Handle,
+    to_core: ToCore,
+    ports: Ports,
+    dial: Dial,
+}
+
+/// The core loop, ready to run, and what is beside it.
 fn start(
     gateway: &Gateway,
-    listening: Vec<Listening>,
+    mut ports: Ports,
     control: Option<UnixListener>,
     dial: Dial,
-) -> Result<CoreLoop, Failure> {
+    reload: Option<Asker>,
+) -> Result<(CoreLoop, Around), Failure> {
     let other = |error: io::Error| Failure::Other(error.to_string());
     let clock = Clock::start();
     let alarm = Alarm::new().map_err(other)?;
     let stop = stop_on_signal(&alarm).map_err(other)?;
-    let links = links(gateway, &listening, clock);
-    let mut core = core(gateway, clock.now())?;
+    let links = links(gateway, &ports, clock);
+    let mut core = build::core(gateway, clock.now())?;
     let (publisher, reader) = control::board(alarm.bell());
     let has_metrics = gateway.service.metrics.is_some();
     let metrics = gateway.service.metrics.map(listen_for_metrics).transpose()?;
@@ -107,19 +131,23 @@ fn start(
     let (inbox, orders) = control::orders(alarm.bell());
     let inbox = control.is_some().then_some(inbox);
     let audit = audit::directory(gateway, storage_directory(gateway).as_deref());
-    let operation = Operation { log: Some(dial), audit };
-    let has_clients = publisher.is_some();
+    let operation = Operation { log: Some(dial.clone()), audit, reload };
     let control = control.map(|listener| (listener, control::ToCore { reader, orders, operation, clock }));
-    let gauges = if has_clients { gauges(&links) } else { Vec::new() };
-    let clients = serve_clients(listening, control, metrics, gauges, &alarm, clock).map_err(other)?;
-    let devices: Vec<String> = gateway.devices.iter().map(|device| device.name.clone()).collect();
+    let (to_core, clients) = ToCore::new(alarm.bell());
+    let services = services::serve(|| {
+        links.iter().filter_map(Link::gauge).for_each(|(interface, gauge)| measure(interface, &gauge));
+        socketcand::serve(core::mem::take(&mut ports.listening), &to_core, clock)?;
+        metrics.map_or(Ok(()), |(listener, reader)| metrics::serve(listener, reader))?;
+        control.map_or(Ok(()), |(listener, to_core)| control::serve(listener, to_core))
+    });
+    let around = Around { services: services.map_err(other)?, to_core, ports, dial };
     let storage = match storage_directory(gateway) {
         None => Storage::default(),
-        Some(directory) => store_in(&directory, &mut core, clock.now(), &devices, &alarm)?,
+        Some(directory) => store_in(&directory, &mut core, clock.now(), &alarm)?,
     };
     let audit = keep_audit(gateway, &mut core, clock)?;
     let reporter = Reporter::new(links.len());
-    Ok(CoreLoop {
+    let core_loop = CoreLoop {
         core,
         links,
         clients,
@@ -137,20 +165,37 @@ fn start(
         audit,
         turns_without_clock: 0,
         times: if has_metrics { Times::default().with_turns() } else { Times::default() },
-    })
+        reloads: Reloads::new(None),
+    };
+    Ok((core_loop, around))
 }
 
-/// The devices of `gateway` on its buses.
-pub(crate) fn core(gateway: &Gateway, now: Instant) -> Result<Core, Failure> {
-    let mut core = Core::new(gateway.buses.len() as u16, &plans(gateway), now).map_err(|error| {
-        let device = gateway.devices.get(error.device).map_or("?", |device| device.name.as_str());
-        Failure::Configuration(format!("device `{device}`: {}", error.reason))
-    })?;
-    for (number, device) in gateway.devices.iter().enumerate() {
-        device.sdo_timeout.into_iter().for_each(|timeout| core.set_sdo_timeout(number, timeout));
-        core.set_timing(number, device.timing);
-    }
-    Ok(core)
+/// Who reloads `file`, which says `gateway`.
+fn reloader(
+    file: &Path,
+    gateway: Gateway,
+    Around { services, to_core, ports, dial }: Around,
+    core_loop: &mut CoreLoop,
+    has_sockets: bool,
+) -> io::Result<Reloader> {
+    let (steps, handover) = reload::steps(core_loop.alarm.bell());
+    core_loop.reloads = Reloads::new(Some(steps));
+    Ok(Reloader {
+        file: file.to_owned(),
+        links: reload::names(&gateway),
+        listeners: reload::listeners(&gateway),
+        has_sockets,
+        served: ports.served,
+        ports: ports.ports,
+        services,
+        to_core,
+        storage: storage_directory(&gateway),
+        dial,
+        manager: core_loop.manager.for_another_thread()?,
+        clock: core_loop.clock,
+        handover,
+        running: gateway,
+    })
 }
 
 /// Where it is kept who commanded what, if anywhere.
@@ -178,91 +223,56 @@ pub(crate) fn storage_directory(gateway: &Gateway) -> Option<PathBuf> {
 }
 
 /// Claims the directory and gives every device what it has stored there.
-fn store_in(
-    directory: &Path,
-    core: &mut Core,
-    now: Instant,
-    devices: &[String],
-    alarm: &Alarm,
-) -> Result<Storage, Failure> {
+fn store_in(directory: &Path, core: &mut Core, now: Instant, alarm: &Alarm) -> Result<Storage, Failure> {
     let failed = |error: io::Error| {
         Failure::Other(format!("cannot store parameters in {}: {error}", directory.display()))
     };
     let claim = Claim::take(directory).map_err(failed)?;
-    load_parameters(core, now, directory, devices);
-    Storage::start(claim, devices, alarm.bell()).map_err(failed)
+    core.units_mut().for_each(|unit| build::load_parameters(unit, now, directory));
+    Storage::start(claim, alarm.bell()).map_err(failed)
 }
 
-/// Gives every device what it has stored.
-fn load_parameters(core: &mut Core, now: Instant, directory: &Path, devices: &[String]) {
-    for (number, device) in devices.iter().enumerate() {
-        match storage::load(directory, device) {
-            Ok(None) => {}
-            Ok(Some(parameters)) => match core.load(now, number, parameters) {
-                0 => {}
-                left_out => {
-                    warn!(target: STORAGE, device, "{device}: {left_out} stored values do not fit the profile and are left out");
-                }
-            },
-            Err(error) => {
-                let file = directory.join(storage::file_name(device));
-                warn!(target: STORAGE, device, "{device}: starts with the defaults, for {} cannot be used: {error}", file.display());
-                core.lose_parameters(number);
+/// The ports of socketcand and the buses behind them.
+struct Ports {
+    listening: Vec<Listening>,
+    ports: BTreeMap<SocketAddr, Port>,
+    /// The buses by their names.
+    served: BTreeMap<String, Bus>,
+}
+
+impl Ports {
+    /// Binds every port once, whichever buses share it.
+    fn listen(gateway: &Gateway, advice: &str) -> Result<Self, Failure> {
+        let mut buses: BTreeMap<SocketAddr, Vec<Bus>> = BTreeMap::new();
+        let mut served = BTreeMap::new();
+        for (number, bus) in gateway.buses.iter().enumerate() {
+            if let Some(address) = bus.socketcand {
+                let own = Bus::new(&bus.name, LinkId(number as u16));
+                served.insert(bus.name.clone(), own.clone());
+                buses.entry(address).or_default().push(own);
             }
         }
-    }
-}
-
-fn plans(gateway: &Gateway) -> Vec<Plan> {
-    let plan = |device: &config::Device| Plan {
-        name: device.name.as_str().into(),
-        profile: Arc::clone(&device.profile),
-        nodes: device.on.iter().map(|place| (LinkId(place.bus as u16), place.node_id)).collect(),
-        plant: device.plant.clone(),
-        serial: device.serial,
-    };
-    gateway.devices.iter().map(plan).collect()
-}
-
-/// Binds every port once, whichever buses share it.
-fn listen(gateway: &Gateway, advice: &str) -> Result<Vec<Listening>, Failure> {
-    let mut ports: BTreeMap<SocketAddr, Vec<Bus>> = BTreeMap::new();
-    for (number, bus) in gateway.buses.iter().enumerate() {
-        if let Some(address) = bus.socketcand {
-            ports.entry(address).or_default().push(Bus::new(&bus.name, LinkId(number as u16)));
+        let (mut listening, mut ports) = (Vec::new(), BTreeMap::new());
+        for (address, buses) in buses {
+            let listener = socketcand::listen(address).map_err(|error| {
+                Failure::Other(format!("cannot serve socketcand on {address}: {error}; {advice}"))
+            })?;
+            let (own, port) = Listening::new(listener, buses);
+            listening.push(own);
+            ports.insert(address, port);
         }
+        Ok(Self { listening, ports, served })
     }
-    let listen = |(address, buses)| {
-        let listener = socketcand::listen(address).map_err(|error| {
-            Failure::Other(format!("cannot serve socketcand on {address}: {error}; {advice}"))
-        })?;
-        Ok(Listening { listener, buses })
-    };
-    ports.into_iter().map(listen).collect()
 }
 
-fn links(gateway: &Gateway, listening: &[Listening], clock: Clock) -> Vec<Link> {
-    let served = || listening.iter().flat_map(|port| &port.buses);
+fn links(gateway: &Gateway, ports: &Ports, clock: Clock) -> Vec<Link> {
+    let is_timed = gateway.service.metrics.is_some();
     let link = |(number, bus): (usize, &config::Bus)| {
-        let clients = served().find(|served| usize::from(served.link.0) == number);
-        let interface = match &bus.link {
-            config::Link::Virtual => None,
-            config::Link::SocketCan(name) => {
-                let interface = SocketCan::new(name, clients.is_some(), clock.now());
-                Some(if gateway.service.metrics.is_some() { interface.timed() } else { interface })
-            }
-        };
-        let (name, clients) = (bus.name.clone(), clients.map(|clients| clients.frames.clone()));
-        let (id, load, taps) = (LinkId(number as u16), Load::default(), Vec::new());
-        Link { id, name, interface, clients, received: 0, sent: 0, load, taps, kinds: Default::default() }
+        let mut link = build::link(bus, LinkId(number as u16), is_timed, clock.now());
+        link.set_clients(ports.served.get(&bus.name).map(|served| served.frames.clone()));
+        link
     };
     gateway.buses.iter().enumerate().map(link).collect()
-}
-
-/// The interfaces whose load is measured while there is somebody to tell it to.
-fn gauges(links: &[Link]) -> Vec<(String, Arc<Gauge>)> {
-    let interfaces = links.iter().filter_map(|link| link.interface.as_ref());
-    interfaces.map(|interface| (interface.interface().to_owned(), Arc::clone(interface.gauge()))).collect()
 }
 
 /// Listens where the configuration says. Without that the default places do, or none: whoever runs a demo may have no
@@ -279,28 +289,6 @@ fn control_socket(gateway: &Gateway) -> Result<Option<(ControlSocket, UnixListen
         .ok())
 }
 
-/// Serves the clients of the socketcand ports, of the control socket and of the metrics; what the former send comes out.
-fn serve_clients(
-    listening: Vec<Listening>,
-    control: Option<(UnixListener, control::ToCore)>,
-    metrics: Option<(TcpListener, Reader)>,
-    gauges: Vec<(String, Arc<Gauge>)>,
-    alarm: &Alarm,
-    clock: Clock,
-) -> io::Result<Option<mpsc::Receiver<Inbound>>> {
-    let (to_core, clients) = ToCore::new(alarm.bell());
-    let clients = (!listening.is_empty()).then_some(clients);
-    if clients.is_some() || control.is_some() || metrics.is_some() {
-        services::serve(|| {
-            gauges.into_iter().for_each(|(interface, gauge)| measure(interface, gauge));
-            socketcand::serve(listening, &to_core, clock)?;
-            metrics.map_or(Ok(()), |(listener, reader)| metrics::serve(listener, reader))?;
-            control.map_or(Ok(()), |(listener, to_core)| control::serve(listener, to_core))
-        })?;
-    }
-    Ok(clients)
-}
-
 fn listen_for_metrics(address: SocketAddr) -> Result<TcpListener, Failure> {
     metrics::listen(address)
         .map_err(|error| Failure::Other(format!("cannot serve metrics on {address}: {error}")))
@@ -315,6 +303,13 @@ fn stop_on_signal(alarm: &Alarm) -> io::Result<Arc<AtomicBool>> {
         low_level::pipe::register(signal, alarm.descriptor()?)?;
     }
     Ok(stop)
+}
+
+/// An alarm that SIGHUP rings.
+fn reload_on_signal() -> io::Result<Alarm> {
+    let alarm = Alarm::new()?;
+    low_level::pipe::register(SIGHUP, alarm.descriptor()?)?;
+    Ok(alarm)
 }
 
 /// Says that everything is served.

@@ -41,6 +41,15 @@ impl ServiceManager {
         Self { socket, watchdog: time_out.map(|time_out| Watchdog::new(time_out, now)), is_heard: true }
     }
 
+    /// The same manager for another thread, which has no part in the watchdog.
+    pub(crate) fn for_another_thread(&self) -> io::Result<Self> {
+        let socket = match &self.socket {
+            Some((socket, address)) => Some((socket.try_clone()?, address.clone())),
+            None => None,
+        };
+        Ok(Self { socket, watchdog: None, is_heard: true })
+    }
+
     /// Tells it something.
     pub(crate) fn tell(&mut self, states: &[NotifyState<'_>]) {
         let Some((socket, address)) = &self.socket else { return };

@@ -4,17 +4,20 @@
 use std::io;
 use std::thread;
 
-/// Runs what `start` spawns, on a thread of its own, until the process ends.
+use tokio::runtime::Handle;
+
+/// Runs what `start` spawns, on a thread of its own, until the process ends; by the handle more can be spawned.
 ///
 /// # Errors
 /// `start` failed, or the thread or its runtime could not be made.
-pub fn serve(start: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
+pub fn serve(start: impl FnOnce() -> io::Result<()>) -> io::Result<Handle> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     {
         let _guard = runtime.enter();
         start()?;
     }
+    let handle = runtime.handle().clone();
     let run = move || runtime.block_on(core::future::pending::<()>());
     thread::Builder::new().name("services".to_owned()).spawn(run)?;
-    Ok(())
+    Ok(handle)
 }

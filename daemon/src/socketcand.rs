@@ -10,7 +10,7 @@ use std::net::{SocketAddr, TcpListener};
 
 use canopen::Frame;
 use od::Instant;
-use tokio::sync::{broadcast, mpsc};
+use tokio::sync::{broadcast, mpsc, watch};
 
 use crate::alarm::Bell;
 use crate::core::LinkId;
@@ -58,6 +58,11 @@ pub struct Bus {
 }
 
 impl Bus {
+    /// Whether it is this very bus, not only one of the same name.
+    fn is(&self, other: &Self) -> bool {
+        self.name == other.name && self.frames.same_channel(&other.frames)
+    }
+
     /// The bus `name` on `link`.
     #[must_use]
     pub fn new(name: &str, link: LinkId) -> Self {
@@ -65,13 +70,32 @@ impl Bus {
     }
 }
 
-/// A port and the buses it serves.
+/// A port that is to be served.
 #[derive(Debug)]
 pub struct Listening {
-    /// Where clients connect.
-    pub listener: TcpListener,
-    /// What they may open.
-    pub buses: Vec<Bus>,
+    listener: TcpListener,
+    buses: watch::Receiver<Vec<Bus>>,
+}
+
+/// What clients of a port may open. When it is dropped, the port is closed, and so are their connections.
+#[derive(Debug)]
+pub struct Port(watch::Sender<Vec<Bus>>);
+
+impl Listening {
+    /// A port that serves these buses.
+    #[must_use]
+    pub fn new(listener: TcpListener, buses: Vec<Bus>) -> (Self, Port) {
+        let (sender, buses) = watch::channel(buses);
+        (Self { listener, buses }, Port(sender))
+    }
+}
+
+impl Port {
+    /// Makes these the buses that it serves. Clients of one that it serves no more are disconnected, the others notice
+    /// nothing.
+    pub fn serve(&self, buses: Vec<Bus>) {
+        self.0.send_replace(buses);
+    }
 }
 
 /// The server's way into the core loop.

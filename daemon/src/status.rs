@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::latency::Histogram;
+use crate::reload::Report;
 
 pub(crate) use clients::owner_name;
 pub use clients::{Client, Command, Listener, Modbus, Times};
@@ -30,7 +31,7 @@ pub struct Status {
     pub uptime_s: u64,
     /// The buses, in the order of the configuration.
     pub buses: Vec<Bus>,
-    /// The devices, in the order of the configuration.
+    /// The devices, in the order of the configuration; those of a reload are where others have left, or behind them.
     pub devices: Vec<Device>,
     /// Modbus listeners and clients.
     #[serde(default)]
@@ -50,6 +51,9 @@ pub struct Status {
     /// Entries of the audit trail that were lost, if there is a trail.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lost_audit: Option<u64>,
+    /// What came of the last reload of the configuration, if there was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reload: Option<Report>,
     /// All that the times are made from.
     #[serde(skip)]
     pub histograms: Histograms,

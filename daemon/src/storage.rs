@@ -11,7 +11,8 @@ use core::fmt;
 use std::collections::VecDeque;
 use std::io;
 use std::path::Path;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 use od::AbortCode;
@@ -71,26 +72,31 @@ pub struct Storage {
 
 #[derive(Debug)]
 struct Writer {
-    jobs: SyncSender<(usize, Parameters)>,
+    /// No more than there are devices: one waits for its order to end before it gives another.
+    jobs: Sender<Job>,
     done: Receiver<Done>,
     /// Orders under way.
     waiting: usize,
 }
 
+#[derive(Debug)]
+struct Job {
+    device: usize,
+    name: Arc<str>,
+    parameters: Parameters,
+}
+
 impl Storage {
-    /// Stores in a directory what the devices of these names have; the bell rings when an order has ended.
+    /// Stores in a directory what devices have; the bell rings when an order has ended.
     ///
     /// # Errors
     /// The operating system has no thread left.
-    pub fn start(claim: Claim, devices: &[String], bell: Bell) -> io::Result<Self> {
-        // A device waits for its order to end before it gives another.
-        let (jobs, orders) = sync_channel(devices.len());
-        let (results, done) = sync_channel(devices.len());
-        let names: Vec<String> = devices.iter().map(|device| file_name(device)).collect();
+    pub fn start(claim: Claim, bell: Bell) -> io::Result<Self> {
+        let (jobs, orders) = channel();
+        let (results, done) = channel();
         let write_all = move || {
-            for (device, parameters) in orders {
-                let name = names.get(device).map_or("", String::as_str);
-                let outcome = write(claim.directory(), name, &parameters).map_err(Failure::File);
+            for Job { device, name, parameters } in orders {
+                let outcome = write(claim.directory(), &file_name(&name), &parameters).map_err(Failure::File);
                 if results.send(Done { device, outcome }).is_err() {
                     return;
                 }
@@ -101,12 +107,12 @@ impl Storage {
         Ok(Self { writer: Some(Writer { jobs, done, waiting: 0 }), ended: VecDeque::new() })
     }
 
-    /// Takes an order. Without a directory there is never anything stored: an order to store nothing is done.
-    pub fn submit(&mut self, device: usize, parameters: Parameters) {
+    /// Takes an order of the device at this position, and of this name. Without a directory there is never anything stored: an order to store nothing is done.
+    pub fn submit(&mut self, device: usize, name: &Arc<str>, parameters: Parameters) {
         let outcome = match &mut self.writer {
             None if parameters.is_empty() => Ok(()),
             None => Err(Failure::Nowhere),
-            Some(writer) => match writer.jobs.try_send((device, parameters)) {
+            Some(writer) => match writer.jobs.send(Job { device, name: Arc::clone(name), parameters }) {
                 Ok(()) => {
                     writer.waiting += 1;
                     return;

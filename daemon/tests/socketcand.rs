@@ -9,7 +9,7 @@ use daemon::alarm::Alarm;
 use daemon::clock::Clock;
 use daemon::core::LinkId;
 use daemon::services;
-use daemon::socketcand::{Bus, Inbound, Listening, Passed, ToCore, listen, serve};
+use daemon::socketcand::{Bus, Inbound, Listening, Passed, Port, ToCore, listen, serve};
 use tokio::sync::{broadcast, mpsc};
 
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -19,6 +19,7 @@ struct Server {
     address: SocketAddr,
     received: mpsc::Receiver<Inbound>,
     frames: [broadcast::Sender<Passed>; 2],
+    port: Port,
     _alarm: Alarm,
 }
 
@@ -30,8 +31,9 @@ impl Server {
         let address = listener.local_addr().unwrap();
         let buses = vec![Bus::new("can0", LinkId(0)), Bus::new("can1", LinkId(1))];
         let frames = [buses[0].frames.clone(), buses[1].frames.clone()];
-        services::serve(|| serve(vec![Listening { listener, buses }], &to_core, Clock::start())).unwrap();
-        Self { address, received, frames, _alarm: alarm }
+        let (listening, port) = Listening::new(listener, buses);
+        services::serve(|| serve(vec![listening], &to_core, Clock::start())).unwrap();
+        Self { address, received, frames, port, _alarm: alarm }
     }
 
     /// The next frame of a client, handed to the other clients as the core loop does.
@@ -209,6 +211,49 @@ fn clients_come_and_go() {
         server.raw_client("can0");
     }
     assert_eq!(server.client().ask("< echo >"), "< echo >");
+}
+
+/// Whether the server has closed the connection; what it still says is passed over.
+fn is_over(client: &mut Client) -> bool {
+    client.0.read_to_end(&mut Vec::new()).is_ok()
+}
+
+#[test]
+fn clients_of_a_bus_that_goes_are_disconnected_and_the_others_notice_nothing() {
+    let server = Server::start();
+    let mut clients = ["can0", "can1"].map(|bus| server.raw_client(bus));
+    let mut idle = server.client();
+    let frames = server.frames[0].clone();
+
+    // Another bus of the same name is not the same bus.
+    let kept = Bus { name: "can0".to_owned(), link: LinkId(0), frames };
+    server.port.serve(vec![kept.clone(), Bus::new("can1", LinkId(2))]);
+
+    assert!(is_over(&mut clients[1]));
+    server.show(0, None, frame(0x581, &[0x43]));
+    assert_eq!(clients[0].hear_frame(), "581#43");
+    assert_eq!(idle.ask("< open can1 >"), "< ok >");
+    server.port.serve(vec![kept]);
+    assert!(is_over(&mut idle));
+    assert_eq!(server.client().ask("< open can1 >"), "< error could not open bus >");
+}
+
+#[test]
+fn a_port_that_goes_is_closed_with_its_connections() {
+    let Server { address, port, mut received, _alarm, .. } = Server::start();
+    let stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    let mut client = Client(stream);
+    assert_eq!(client.hear(), "< hi >");
+
+    drop(port);
+
+    assert!(is_over(&mut client));
+    let end = Instant::now() + PATIENCE;
+    while TcpStream::connect(address).is_ok() {
+        assert!(Instant::now() < end, "the port is still open");
+    }
+    assert!(received.try_recv().is_err());
 }
 
 #[test]

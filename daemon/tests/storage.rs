@@ -252,12 +252,11 @@ fn wait(storage: &mut Storage) -> Done {
 fn orders_are_written_by_another_thread() {
     let directory = Directory::new();
     let alarm = Alarm::new().unwrap();
-    let devices = ["axis1".to_owned(), "axis/2".to_owned()];
     let claim = Claim::take(directory.path()).unwrap();
-    let mut storage = Storage::start(claim, &devices, alarm.bell()).unwrap();
+    let mut storage = Storage::start(claim, alarm.bell()).unwrap();
     assert!(storage.is_idle());
-    storage.submit(1, parameters());
-    storage.submit(0, Parameters::default());
+    storage.submit(1, &"axis/2".into(), parameters());
+    storage.submit(0, &"axis1".into(), Parameters::default());
     assert!(!storage.is_idle());
     for device in [1, 0] {
         let done = wait(&mut storage);
@@ -273,9 +272,9 @@ fn a_failed_write_is_a_hardware_error() {
     let directory = Directory::new();
     let alarm = Alarm::new().unwrap();
     let claim = Claim::take(&directory.path().join("gone")).unwrap();
-    let mut storage = Storage::start(claim, &["axis1".to_owned()], alarm.bell()).unwrap();
+    let mut storage = Storage::start(claim, alarm.bell()).unwrap();
     fs::remove_dir_all(directory.path().join("gone")).unwrap();
-    storage.submit(0, parameters());
+    storage.submit(0, &"axis1".into(), parameters());
     let failure = wait(&mut storage).outcome.unwrap_err();
     assert!(matches!(failure, Failure::File(_)));
     assert_eq!(failure.code(), AbortCode::Hardware);
@@ -286,7 +285,7 @@ fn a_directory_belongs_to_one_daemon_as_long_as_that_lives() {
     let directory = Directory::new();
     let path = directory.path().join("var/axisd");
     let alarm = Alarm::new().unwrap();
-    let storage = Storage::start(Claim::take(&path).unwrap(), &["axis1".to_owned()], alarm.bell()).unwrap();
+    let storage = Storage::start(Claim::take(&path).unwrap(), alarm.bell()).unwrap();
 
     let error = Claim::take(&path).unwrap_err();
     assert_eq!(error.to_string(), "another axisd stores there");
@@ -312,11 +311,11 @@ fn a_claim_that_was_left_behind_holds_nobody_up() {
 #[test]
 fn without_a_directory_only_defaults_can_be_stored() {
     let mut storage = Storage::default();
-    storage.submit(0, parameters());
+    storage.submit(0, &"axis1".into(), parameters());
     assert!(!storage.is_idle());
     let failure = storage.poll().unwrap().outcome.unwrap_err();
     assert_eq!(failure.code(), AbortCode::CannotStore);
-    storage.submit(0, Parameters::default());
+    storage.submit(0, &"axis1".into(), Parameters::default());
     assert!(storage.poll().unwrap().outcome.is_ok());
     assert!(storage.is_idle());
 }

@@ -83,6 +83,11 @@ impl Server {
         }
     }
 
+    /// Makes these its permissions, from its next request on.
+    pub fn set_permissions(&mut self, permissions: Arc<Permissions>) {
+        self.permissions = permissions;
+    }
+
     /// Bytes that [`Server::handle_bytes`] takes now.
     #[must_use]
     pub fn room(&self) -> usize {

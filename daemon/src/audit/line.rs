@@ -10,6 +10,7 @@ use profiles::Profile;
 use serde::Serialize;
 
 use crate::core::{AuditEntry, LinkId, What, Who};
+use crate::reload::Report;
 
 /// What devices and buses are called.
 #[derive(Clone, Debug, Default)]
@@ -18,6 +19,28 @@ pub struct Names {
     pub devices: Vec<(String, Arc<Profile>)>,
     /// Each bus by its position.
     pub buses: Vec<String>,
+}
+
+impl Names {
+    /// Makes this the name of the device at a position, and what its objects are called.
+    pub(super) fn set_device(&mut self, device: usize, name: &str, profile: &Arc<Profile>) {
+        let known = || (name.to_owned(), Arc::clone(profile));
+        // Whatever is between two positions joins before anybody asks for it.
+        if self.devices.len() <= device {
+            self.devices.resize_with(device + 1, known);
+        }
+        self.devices.get_mut(device).into_iter().for_each(|place| *place = known());
+    }
+
+    /// Makes this the name of the bus of a link.
+    pub(super) fn set_bus(&mut self, link: usize, name: String) {
+        if self.buses.len() <= link {
+            self.buses.resize(link + 1, String::new());
+        }
+        if let Some(known) = self.buses.get_mut(link) {
+            *known = name;
+        }
+    }
 }
 
 /// One entry.
@@ -46,6 +69,8 @@ pub struct Line<'n> {
     lasted_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     lost: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reload: Option<&'n Report>,
 }
 
 /// Who did it.
@@ -94,6 +119,12 @@ impl<'n> Line<'n> {
         Self { lost: Some(entries), ..Self::bare("lost", now, wall) }
     }
 
+    /// The line that says what came of a reload of the configuration.
+    #[must_use]
+    pub fn reload(at: Instant, wall: Duration, report: &'n Report) -> Self {
+        Self { reload: Some(report), ..Self::bare("reload", at, wall) }
+    }
+
     fn bare(event: &'static str, at: Instant, wall: Duration) -> Self {
         // A clock that nobody could read any more is not shown.
         const LATEST: Duration = Duration::from_secs(253_402_300_799);
@@ -111,6 +142,7 @@ impl<'n> Line<'n> {
             set_points: None,
             lasted_s: None,
             lost: None,
+            reload: None,
         }
     }
 

@@ -69,6 +69,8 @@ pub(super) enum Command {
     /// Break and repair the simulated machine behind the axes
     #[command(subcommand)]
     Fault(Fault),
+    /// Take the configuration as its file now says, and show what that changed; what did not change is not touched
+    Reload,
     /// Show how much is logged, or change it while the daemon runs
     Log {
         /// A level for all modules (off, error, warn, info, debug, trace), or MODULE=LEVEL [default: change nothing]

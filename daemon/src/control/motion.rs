@@ -149,6 +149,7 @@ async fn movers(orders: &Orders, request: Request) -> Result<Vec<Mover>, String>
         | Request::FaultInject { .. }
         | Request::FaultClear { .. }
         | Request::FaultList { .. }
+        | Request::Reload {}
         | Request::Log { .. }
         | Request::Audit { .. }
         | Request::OdList { .. }

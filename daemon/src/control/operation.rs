@@ -11,6 +11,7 @@ use super::Response;
 use crate::audit::last_lines;
 use crate::log::Dial;
 use crate::log::module::SERVICE;
+use crate::reload::{Asker, Report};
 use crate::status::table;
 
 /// Entries of the audit trail that are told at most.
@@ -23,6 +24,8 @@ pub struct Operation {
     pub log: Option<Dial>,
     /// Where the audit trail is kept, if anywhere.
     pub audit: Option<PathBuf>,
+    /// Who reloads the configuration, if it is in a file.
+    pub reload: Option<Asker>,
 }
 
 impl Operation {
@@ -35,6 +38,12 @@ impl Operation {
         }
         let levels = dial.levels().map_err(|error| error.to_string())?;
         Ok(Response::Log(levels.into_iter().collect()))
+    }
+
+    /// Takes the configuration as its file now says.
+    pub(super) async fn reload(&self) -> Result<Response, String> {
+        let asker = self.reload.as_ref().ok_or("this daemon runs without a configuration file")?;
+        asker.ask().await.map(Response::Reload)
     }
 
     /// The last entries of the audit trail, the oldest first.
@@ -65,7 +74,12 @@ pub fn audit_text(entries: &[Value]) -> String {
         let part = |key: &str| told(&entry[key]);
         let by = &entry["by"];
         let who = [&by["bus"], &by["client"], &by["kind"]].into_iter().find(|who| who.is_string());
-        let object = format!("{} {}", part("object"), part("name"));
+        let object = match &entry["reload"] {
+            Value::Null => format!("{} {}", part("object"), part("name")),
+            report => {
+                serde_json::from_value::<Report>(report.clone()).map_or_else(|_| String::new(), |r| r.line())
+            }
+        };
         let value = if entry["lost"].is_null() { part("value") } else { format!("{} lost", part("lost")) };
         [
             part("time"),

@@ -6,6 +6,7 @@ use canopen::NmtCommand;
 use serde::{Deserialize, Serialize};
 
 use super::{AxisFaults, AxisOwner, Commanded, Ended, LssResult, ObjectValue, Progress, Traffic};
+use crate::reload::Report;
 use crate::status::Status;
 
 /// Version of the protocol. Requests and fields may come in addition; what changes in another way raises it.
@@ -54,6 +55,8 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         device: Option<String>,
     },
+    /// Take the configuration as its file now says.
+    Reload {},
     /// How much is logged.
     Log {
         /// What is to change: a level, or a module with its level, such as `device=debug`.
@@ -215,6 +218,8 @@ pub enum Response {
     Status(Status),
     /// What is broken now behind each axis that was asked about.
     Faults(Vec<AxisFaults>),
+    /// What came of a reload.
+    Reload(Report),
     /// How much each module of the log says.
     Log(BTreeMap<String, String>),
     /// Entries of the audit trail, the oldest first.

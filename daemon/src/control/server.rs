@@ -123,6 +123,7 @@ async fn answer(request: Request, to_core: &mut ToCore) -> Result<Response, Stri
             let status = reader.read().await;
             return status.map(Response::Status).ok_or_else(|| "the core does not answer".to_owned());
         }
+        Request::Reload {} => return operation.reload().await,
         Request::Log { change } => return operation.log(change.as_deref()),
         Request::Audit { count } => return operation.audit(count).await,
         Request::OdList { device, bus, filter } => {

@@ -18,7 +18,7 @@ use profiles::Role;
 
 use super::{Core, Notice, Unit, note};
 use clients::Clients;
-pub use clients::{ClientId, ClientStatus, ListenerCounters, Refused, WhenFull};
+pub use clients::{Admission, ClientId, ClientStatus, ListenerCounters, Refused, WhenFull};
 pub use view::{identification, map};
 
 /// Where clients connect, and what they may do there.
@@ -116,6 +116,11 @@ impl Core {
         }
     }
 
+    /// Lets no Modbus client reach `device` any more.
+    pub fn hide_from_modbus(&mut self, device: usize) {
+        self.modbus.views.get_mut(device).into_iter().for_each(|view| *view = None);
+    }
+
     /// Whether Modbus clients reach `device`.
     #[must_use]
     pub fn is_on_modbus(&self, device: usize) -> bool {
@@ -126,6 +131,24 @@ impl Core {
     pub fn add_listener(&mut self, plan: ListenerPlan) {
         self.modbus.clients.add_listener(&plan);
         self.modbus.listeners.push(plan);
+    }
+
+    /// Makes `plan` that of a listener, a new one if it has the next number. Its clients stay as far as `admission` lets them,
+    /// by where they come from; those whom it refuses are to be disconnected ([`Core::poll_closed`]).
+    pub fn change_listener(
+        &mut self,
+        number: usize,
+        plan: ListenerPlan,
+        admission: impl Fn(SocketAddr) -> Admission,
+    ) {
+        let Some(listener) = self.modbus.listeners.get_mut(number) else { return self.add_listener(plan) };
+        self.modbus.clients.change_listener(number, &plan, admission);
+        *listener = plan;
+    }
+
+    /// Makes `device` the one that a listener stands for, or that units 0 and 255 stand for on it.
+    pub fn set_listener_device(&mut self, number: usize, device: Option<usize>) {
+        self.modbus.listeners.get_mut(number).into_iter().for_each(|listener| listener.device = device);
     }
 
     /// A client has connected.

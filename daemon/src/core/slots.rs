@@ -43,6 +43,11 @@ impl<T> Slots<T> {
     pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &T)> {
         self.0.iter().enumerate().filter_map(|(number, place)| Some((number, place.as_ref()?)))
     }
+
+    /// What there is, to be changed.
+    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
+        self.0.iter_mut().flatten()
+    }
 }
 
 #[cfg(test)]

@@ -148,6 +148,11 @@ impl Core {
         self.units.get(device).map(|unit| &unit.name)
     }
 
+    /// The devices, for what is to be done before they start.
+    pub fn units_mut(&mut self) -> impl Iterator<Item = &mut Unit> {
+        self.units.iter_mut()
+    }
+
     /// The position of the device of this name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<usize> {

@@ -165,25 +165,31 @@ impl CoreLoop {
                 }
             }
             (Target::Node(node_id), Some(bus)) => Ok(vec![(bus, *node_id)]),
-            (Target::Node(node_id), None) if self.links.len() == 1 => Ok(vec![(0, *node_id)]),
-            (Target::Node(_), None) => Err(format!("say on which bus: {}", self.bus_names())),
+            (Target::Node(node_id), None) => match &*self.buses().collect::<Vec<_>>() {
+                [(bus, _)] => Ok(vec![(*bus, *node_id)]),
+                _ => Err(format!("say on which bus: {}", self.bus_names())),
+            },
         }
     }
 
     fn find_bus(&self, name: &str) -> Result<usize, String> {
-        let found = self.links.iter().position(|link| link.name == name);
+        let found = self.buses().find(|(_, link)| link.name == name).map(|(position, _)| position);
         found.ok_or_else(|| format!("no bus `{name}`; there are: {}", self.bus_names()))
     }
 
     fn bus_names(&self) -> String {
-        self.links.iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(", ")
+        self.buses().map(|(_, link)| link.name.as_str()).collect::<Vec<_>>().join(", ")
+    }
+
+    /// The buses that there are, with their positions.
+    fn buses(&self) -> impl Iterator<Item = (usize, &Link)> {
+        self.links.iter().enumerate().filter(|(_, link)| link.is_there())
     }
 
     fn watch(&mut self, now: Instant, bus: Option<&str>, tap: &Tap) -> Result<Vec<Watched>, String> {
         let wanted = bus.map(|bus| self.find_bus(bus)).transpose()?;
-        let numbered = self.links.iter().enumerate();
-        let numbered = numbered.filter(|(position, _)| wanted.is_none_or(|wanted| wanted == *position));
-        let (positions, links): (Vec<usize>, Vec<&Link>) = numbered.unzip();
+        let meant = self.buses().filter(|(position, _)| wanted.is_none_or(|wanted| wanted == *position));
+        let (positions, links): (Vec<usize>, Vec<&Link>) = meant.unzip();
         if links.iter().any(|link| link.taps.len() >= MAX_TAPS) {
             return Err("too many watch this bus".to_owned());
         }

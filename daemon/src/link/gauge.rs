@@ -31,14 +31,16 @@ impl Gauge {
     }
 }
 
-/// Measures `interface` once a second, in the runtime that this is called in.
-pub(crate) fn measure(interface: String, gauge: Arc<Gauge>) {
+/// Measures `interface` once a second, in the runtime that this is called in, until nobody has the gauge any more.
+pub(crate) fn measure(interface: String, gauge: &Arc<Gauge>) {
+    let gauge = Arc::downgrade(gauge);
     tokio::spawn(async move {
         let mut ticks = interval(PERIOD);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut before = None;
         loop {
             let now = ticks.tick().await;
+            let Some(gauge) = gauge.upgrade() else { return };
             let bits = counted(Path::new("/sys/class/net"), &interface);
             gauge.bits_per_s.store(rate(before, bits.map(|bits| (now, bits))), Ordering::Relaxed);
             before = bits.map(|bits| (now, bits));

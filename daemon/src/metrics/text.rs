@@ -14,6 +14,10 @@ pub fn text(status: &Status) -> String {
         .sample(&[("version", &status.version)], 1);
     page.gauge("axisd_uptime_seconds", "Time since the daemon was started.").sample(&[], status.uptime_s);
     core_loop(status, &mut page);
+    if let Some(reload) = &status.reload {
+        page.gauge("axisd_reload_refused", "Whether the last reload of the configuration was refused.")
+            .sample(&[], u8::from(reload.is_refused()));
+    }
     if let Some(lost) = status.lost_audit {
         page.counter("axisd_audit_lost_total", "Entries of the audit trail that were lost.")
             .sample(&[], lost);
@@ -172,7 +176,8 @@ fn modbus_clients(modbus: &Modbus, page: &mut Page) {
     if modbus.listeners.is_empty() {
         return;
     }
-    let listeners = || (0..).zip(&modbus.listeners).map(|(number, listener)| (number.to_string(), listener));
+    let there = || (0..).zip(&modbus.listeners).filter(|(_, listener)| !listener.addresses.is_empty());
+    let listeners = || there().map(|(number, listener): (u32, _)| (number.to_string(), listener));
     let mut clients = page.gauge("axisd_modbus_clients", "Modbus clients that are connected.");
     for (number, listener) in listeners() {
         clients.sample(&[("listener", &number)], listener.clients);

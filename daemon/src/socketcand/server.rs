@@ -7,7 +7,7 @@ use std::sync::Arc;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::broadcast::error::RecvError;
-use tokio::sync::{Semaphore, broadcast};
+use tokio::sync::{Semaphore, broadcast, watch};
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 use super::protocol::{Command, Refusal, Scanner, write_frame};
@@ -33,16 +33,23 @@ const CHUNK: usize = 4096;
 pub fn serve(listening: Vec<Listening>, to_core: &ToCore, clock: Clock) -> io::Result<()> {
     for Listening { listener, buses } in listening {
         let listener = TcpListener::from_std(listener)?;
-        tokio::spawn(accept(listener, Arc::from(buses), to_core.clone(), clock));
+        tokio::spawn(accept(listener, buses, to_core.clone(), clock));
     }
     Ok(())
 }
 
-async fn accept(listener: TcpListener, buses: Arc<[Bus]>, to_core: ToCore, clock: Clock) {
+async fn accept(listener: TcpListener, mut buses: watch::Receiver<Vec<Bus>>, to_core: ToCore, clock: Clock) {
     let places = Arc::new(Semaphore::new(MAX_CLIENTS));
     let mut number = 0;
     loop {
-        let Ok((mut stream, _)) = listener.accept().await else {
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            changed = buses.changed() => match changed {
+                Ok(()) => continue,
+                Err(_) => return,
+            },
+        };
+        let Ok((mut stream, _)) = accepted else {
             // Out of descriptors or the like: that passes when clients leave.
             sleep(Duration::from_millis(100)).await;
             continue;
@@ -57,7 +64,7 @@ async fn accept(listener: TcpListener, buses: Arc<[Bus]>, to_core: ToCore, clock
         let client = Client {
             number,
             stream,
-            buses: Arc::clone(&buses),
+            buses: buses.clone(),
             to_core: to_core.clone(),
             clock,
             scanner: Scanner::default(),
@@ -95,11 +102,11 @@ impl Pace {
 struct Client {
     number: u64,
     stream: TcpStream,
-    buses: Arc<[Bus]>,
+    buses: watch::Receiver<Vec<Bus>>,
     to_core: ToCore,
     clock: Clock,
     scanner: Scanner,
-    bus: Option<usize>,
+    bus: Option<Bus>,
     /// What passes on the bus, in raw mode.
     frames: Option<broadcast::Receiver<Passed>>,
     pace: Pace,
@@ -142,6 +149,9 @@ impl Client {
                     Err(RecvError::Lagged(_)) => {}
                     Err(RecvError::Closed) => return Ok(()),
                 },
+                changed = self.buses.changed() => if changed.is_err() || !self.has_bus() {
+                    return Ok(());
+                },
             }
         }
     }
@@ -178,16 +188,16 @@ impl Client {
         match command {
             Command::Open(name) => {
                 self.frames = None;
-                self.bus = self.buses.iter().position(|bus| bus.name == name);
-                self.bus.map(|_| "< ok >").ok_or("could not open bus")
+                self.bus = self.buses.borrow().iter().find(|bus| bus.name == name).cloned();
+                self.bus.as_ref().map(|_| "< ok >").ok_or("could not open bus")
             }
             Command::RawMode => {
-                self.frames = Some(self.bus().ok_or("no open bus")?.frames.subscribe());
+                self.frames = Some(self.bus.as_ref().ok_or("no open bus")?.frames.subscribe());
                 Ok("< ok >")
             }
             Command::Echo => Ok("< echo >"),
             Command::Send(frame) => {
-                let link = self.bus().ok_or("no open bus")?.link;
+                let link = self.bus.as_ref().ok_or("no open bus")?.link;
                 let inbound = Inbound { link, client: self.number, at: self.clock.now(), frame };
                 self.to_core.frames.send(inbound).await.map_err(|_| "shutting down")?;
                 self.to_core.bell.ring();
@@ -196,8 +206,9 @@ impl Client {
         }
     }
 
-    fn bus(&self) -> Option<&Bus> {
-        self.bus.and_then(|bus| self.buses.get(bus))
+    /// Whether the bus that it has opened, if it has, is still served.
+    fn has_bus(&self) -> bool {
+        self.bus.as_ref().is_none_or(|own| self.buses.borrow().iter().any(|bus| bus.is(own)))
     }
 
     async fn write(&mut self, text: &str) -> io::Result<()> {

@@ -13,7 +13,7 @@ use crate::latency::Histogram;
 /// What listeners and clients have done.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Modbus {
-    /// Where clients connect, in the order of the configuration.
+    /// Where clients connect, in the order of the configuration; one that a reload took away has no address any more.
     pub listeners: Vec<Listener>,
     /// The clients that there are.
     pub clients: Vec<Client>,
@@ -163,7 +163,7 @@ fn millis(now: Instant, then: Instant) -> u64 {
 /// Listeners and clients as tables, if there are listeners.
 pub(super) fn text(status: &Status) -> String {
     let Modbus { listeners, clients } = &status.modbus;
-    if listeners.is_empty() {
+    if listeners.iter().all(|listener| listener.addresses.is_empty()) {
         return String::new();
     }
     let listener = |l: &Listener| {
@@ -171,7 +171,8 @@ pub(super) fn text(status: &Status) -> String {
             [l.clients.into(), l.accepted, l.refused, l.replaced, l.idle].map(|n: u64| n.to_string());
         [l.addresses.join(", "), clients, accepted, refused, replaced, idle]
     };
-    let rows: Vec<_> = listeners.iter().map(listener).collect();
+    let there = listeners.iter().filter(|listener| !listener.addresses.is_empty());
+    let rows: Vec<_> = there.map(listener).collect();
     let head = ["MODBUS", ">CLIENTS", ">ACCEPTED", ">REFUSED", ">REPLACED", ">IDLE"];
     let mut text = format!("\n{}", table(&head, &rows));
     if !clients.is_empty() {

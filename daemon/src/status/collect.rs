@@ -10,6 +10,7 @@ use super::{
 use crate::core::{Core, LinkId};
 use crate::latency::Histogram;
 use crate::link::{Kinds, Link, SocketCan};
+use crate::reload::Report;
 use crate::reporter::Reporter;
 
 /// What is around the core.
@@ -28,14 +29,16 @@ pub(crate) struct Around<'a> {
     pub(crate) waiting_clients: usize,
     /// Entries of the audit trail that were lost, if there is a trail.
     pub(crate) lost_audit: Option<u64>,
+    /// What came of the last reload, if there was one.
+    pub(crate) reload: Option<&'a Report>,
 }
 
 /// Everything, at `now`.
 pub(crate) fn status(now: Instant, core: &Core, around: &Around<'_>) -> Status {
-    let Around { links, reporter, listeners, answers, lateness, turns, waiting_clients, lost_audit } =
+    let Around { links, reporter, listeners, answers, lateness, turns, waiting_clients, lost_audit, reload } =
         *around;
     let counted = |(number, link)| counted(bus(now, number, link, core, reporter), link);
-    let buses = links.iter().enumerate().map(counted).collect();
+    let buses = links.iter().enumerate().filter(|(_, link)| link.is_there()).map(counted).collect();
     let queues = core.queues().chain([("socketcand", waiting_clients)]);
     let sdo = |link: &Link| {
         let times = link.interface.as_ref().and_then(SocketCan::sdo_times)?;
@@ -57,6 +60,7 @@ pub(crate) fn status(now: Instant, core: &Core, around: &Around<'_>) -> Status {
         turns: turns.map(Into::into).unwrap_or_default(),
         queues: queues.map(|(name, length)| (name.to_owned(), length as u64)).collect(),
         lost_audit,
+        reload: reload.cloned(),
         histograms,
     }
 }

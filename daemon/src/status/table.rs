@@ -13,6 +13,9 @@ pub fn text(status: &Status) -> String {
     text.push('\n');
     text += &buses(&status.buses);
     text += &clients::text(status);
+    if let Some(reload) = &status.reload {
+        let _ = write!(text, "\n{}", reload.text());
+    }
     for device in &status.devices {
         for node in &device.nodes {
             text += &trouble(&device.name, node);

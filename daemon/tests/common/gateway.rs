@@ -63,6 +63,17 @@ impl Gateway {
         Self { bench, profile, map }
     }
 
+    /// Lets clients reach a device that has joined, as this unit.
+    pub(crate) fn show(&mut self, device: usize, unit: u8) {
+        let plan = ModbusPlan {
+            unit: Some(unit),
+            map: Arc::new(self.map.clone()),
+            identification: identification(&self.profile, "axis"),
+            timeout: None,
+        };
+        self.bench.core.show_on_modbus(device, plan);
+    }
+
     pub(crate) fn connect(&mut self) -> ClientId {
         self.bench.core.connect(self.bench.now, 0, peer(1), false).unwrap()
     }

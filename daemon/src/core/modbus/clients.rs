@@ -70,11 +70,32 @@ struct Client {
     counts: bool,
 }
 
+/// What a client may do where it has connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Admission {
+    /// It may not connect.
+    Refused,
+    /// It may only read.
+    Reads,
+    /// It may do what its listener lets everybody do.
+    Full,
+}
+
 #[derive(Debug)]
 struct Listener {
     permissions: Arc<Permissions>,
     read_only: Arc<Permissions>,
     counters: ListenerCounters,
+}
+
+impl Listener {
+    fn new(plan: &ListenerPlan) -> Self {
+        Self {
+            permissions: Arc::new(plan.permissions.clone()),
+            read_only: Arc::new(Permissions { read_only: true, write: Vec::new() }),
+            counters: ListenerCounters::default(),
+        }
+    }
 }
 
 /// All clients.
@@ -88,11 +109,30 @@ pub(super) struct Clients {
 
 impl Clients {
     pub(super) fn add_listener(&mut self, plan: &ListenerPlan) {
-        self.listeners.push(Listener {
-            permissions: Arc::new(plan.permissions.clone()),
-            read_only: Arc::new(Permissions { read_only: true, write: Vec::new() }),
-            counters: ListenerCounters::default(),
-        });
+        self.listeners.push(Listener::new(plan));
+    }
+
+    /// Makes `plan` that of a listener; its clients get what `admission` says of where they come from.
+    pub(super) fn change_listener(
+        &mut self,
+        number: usize,
+        plan: &ListenerPlan,
+        admission: impl Fn(SocketAddr) -> Admission,
+    ) {
+        let Some(listener) = self.listeners.get_mut(number) else { return };
+        *listener = Listener { counters: listener.counters, ..Listener::new(plan) };
+        let (permissions, read_only) = (Arc::clone(&listener.permissions), Arc::clone(&listener.read_only));
+        for place in 0..self.clients.len() {
+            let Some(Some(client)) = self.clients.get_mut(place) else { continue };
+            if client.listener != number || !client.counts {
+                continue;
+            }
+            match admission(client.peer) {
+                Admission::Refused => self.close(place),
+                Admission::Reads => client.server.set_permissions(Arc::clone(&read_only)),
+                Admission::Full => client.server.set_permissions(Arc::clone(&permissions)),
+            }
+        }
     }
 
     pub(super) fn connect(

@@ -20,7 +20,7 @@ use crate::{PATIENCE, ServiceManager, TempDir, Vcan};
 pub struct Daemon {
     process: Process,
     stopped: bool,
-    _config: TempDir,
+    config: TempDir,
 }
 
 impl Daemon {
@@ -39,11 +39,24 @@ impl Daemon {
 
     fn run(config: &str, command: &mut Command) -> Self {
         let dir = TempDir::new();
-        let socket = dir.path().join("control.sock");
-        let control = format!("\n[control]\nsocket = \"{}\"\n", socket.display());
-        let control = if config.contains("[control]") { "" } else { &control };
-        let file = dir.write("axisd.toml", &format!("{config}{control}"));
+        let file = configure(&dir, config);
         Self::spawn(dir, command.args(["run", "--config"]).arg(file))
+    }
+
+    /// Gives its configuration file another text, which it does not take by itself.
+    pub fn configure(&self, config: &str) {
+        configure(&self.config, config);
+    }
+
+    /// Asks it by SIGHUP to take its configuration file as it now is, and returns at once.
+    pub fn hang_up(&self) {
+        self.process.signal(Signal::SIGHUP);
+    }
+
+    /// Where its control socket is, unless the text of its configuration says another place.
+    #[must_use]
+    pub fn socket(&self) -> String {
+        self.config.path().join("control.sock").display().to_string()
     }
 
     /// Starts `axisd run --demo` with its socketcand server on this port.
@@ -57,7 +70,7 @@ impl Daemon {
         let mut process = Process::spawn("axisd", command);
         let ready = Line { stream: Stream::Err, text: "axisd ready".to_owned() };
         process.wait_for("line \"axisd ready\"", PATIENCE, |line| *line == ready);
-        Self { process, stopped: false, _config: config }
+        Self { process, stopped: false, config }
     }
 
     /// All it has printed, once there is a line with this beginning.
@@ -131,6 +144,14 @@ impl Drop for Daemon {
             self.wait_until_stopped();
         }
     }
+}
+
+/// Writes the configuration file. Unless its text says where the control socket is, that is nowhere that others look.
+fn configure(dir: &TempDir, config: &str) -> PathBuf {
+    let socket = dir.path().join("control.sock");
+    let control = format!("\n[control]\nsocket = \"{}\"\n", socket.display());
+    let control = if config.contains("[control]") { "" } else { &control };
+    dir.write("axisd.toml", &format!("{config}{control}"))
 }
 
 /// A core thread that is stalled. It goes on when this is dropped.

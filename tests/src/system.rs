@@ -134,6 +134,23 @@ impl<'a> Service<'a> {
         assert!(!started.status.success(), "{} starts:\n{}", self.unit, self.journal());
     }
 
+    /// Gives its configuration file another text, which it does not take by itself.
+    pub fn configure(&self, config: &str) {
+        let file = self.config.as_ref().expect("it has a file of its own");
+        fs::write(&file.path, config).expect("write the configuration");
+    }
+
+    /// Lets it take its configuration file.
+    pub fn reload(&self) {
+        run("systemctl", &["reload", &self.unit]);
+    }
+
+    /// The same, which has to fail.
+    pub fn fail_to_reload(&self) {
+        let reloaded = attempt("systemctl", &["reload", &self.unit]);
+        assert!(!reloaded.status.success(), "{} reloads:\n{}", self.unit, self.journal());
+    }
+
     /// Stops it, and returns once it has ended.
     pub fn stop(&self) {
         run("systemctl", &["stop", &self.unit]);

@@ -162,6 +162,38 @@ fn instances_have_configuration_state_and_socket_of_their_own() {
 }
 
 #[test]
+fn a_reload_takes_a_good_file_and_refuses_a_wrong_one() {
+    let system = System::installed();
+    let port = free_port();
+    let service = system.service(Some(&config(port)));
+    service.start();
+    let pid = service.pid();
+    let more = "[[device]]\nname = \"new\"\nprofile = \"cia402-servo\"\nbus = \"can0\"\nnode_id = 9\n";
+    service.configure(&format!("{}{more}", config(port)));
+
+    service.reload();
+
+    let deadline = Instant::now() + PATIENCE;
+    while !run("axisctl", &["status"]).contains("new ") {
+        assert!(Instant::now() < deadline, "{}", service.journal());
+        thread::sleep(POLL_PERIOD);
+    }
+    service.wait_until("ActiveState", "active");
+    let mut client = Client::raw(port);
+    assert_eq!(client.try_ask("609 8 40 0 10 0 0 0 0 0").expect("it is there"), "589 4300100092010200");
+    assert!(service.journal().contains("reload: devices added: new"), "{}", service.journal());
+
+    service.configure(&config(port).replace("node_id = 1", "node_id = 200"));
+    service.fail_to_reload();
+
+    let journal = service.journal();
+    assert!(journal.contains("/etc/axisd/axisd.toml:9:1: error: 200 is no Node-ID"), "{journal}");
+    assert_eq!([service.show("ActiveState"), service.show("NRestarts")], ["active", "0"]);
+    assert_eq!(service.pid(), pid);
+    assert_eq!(client.try_ask("609 8 40 0 10 0 0 0 0 0").expect("it is there"), "589 4300100092010200");
+}
+
+#[test]
 fn a_wrong_configuration_is_told_and_not_tried_again() {
     let system = System::installed();
     let wrong = system.service(Some("[[bus]]\nname = \"can0\"\nlink = \"socketcan\"\n"));

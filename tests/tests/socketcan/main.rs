@@ -6,6 +6,7 @@ mod garbage;
 mod guides;
 mod jvl;
 mod metrics;
+mod reload;
 mod watchdog;
 mod watching;
 

@@ -12,7 +12,7 @@ use crate::PROFILE;
 const FOREIGN: &str = "7E0#0102";
 
 /// A number of the status that stands behind this key for the first time.
-fn number(socket: &str, key: &str) -> u64 {
+pub(crate) fn number(socket: &str, key: &str) -> u64 {
     let output = axisctl(&["--socket", socket, "status", "--json"]);
     let text = String::from_utf8(output.stdout).expect("it speaks UTF-8");
     let value = text.split(&format!("\"{key}\":")).nth(1).unwrap_or_else(|| panic!("no {key} in {text}"));

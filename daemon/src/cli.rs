@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 
 use crate::{commands, run};
 
@@ -42,6 +42,9 @@ enum Command {
         /// Name of the device
         #[arg(long, value_name = "NAME")]
         device: String,
+        /// What to make of it
+        #[arg(long, value_enum, default_value_t = Form::Eds)]
+        format: Form,
     },
     /// Print the Modbus registers of a device
     Registers {
@@ -52,6 +55,24 @@ enum Command {
         #[arg(long, value_name = "NAME")]
         device: String,
     },
+}
+
+/// A form of the data sheet.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Form {
+    /// Text, by CiA 306
+    Eds,
+    /// XML, by CiA 311
+    Xdd,
+}
+
+impl Form {
+    const fn writer(self) -> fn(&od::Sheet<'_>) -> String {
+        match self {
+            Self::Eds => od::eds::write,
+            Self::Xdd => od::xdd::write,
+        }
+    }
 }
 
 #[derive(Args, Debug)]
@@ -107,7 +128,7 @@ pub fn main() -> ExitCode {
         Command::Run(Run { source: Source { config: Some(file), .. }, .. }) => run::file(&file),
         Command::Run(Run { source: Source { config: None, .. }, socketcand }) => run::demo(socketcand),
         Command::Check { file, json, explain } => commands::check(&file, json, explain),
-        Command::Eds { config, device } => commands::eds(&config, &device),
+        Command::Eds { config, device, format } => commands::eds(&config, &device, format.writer()),
         Command::Registers { config, device } => commands::registers(&config, &device),
     };
     conclude("axisd", done)

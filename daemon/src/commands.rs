@@ -68,11 +68,10 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
 }
 
 /// `axisd eds`.
-pub(crate) fn eds(file: &Path, name: &str) -> Result<(), Failure> {
+pub(crate) fn eds(file: &Path, name: &str, form: fn(&od::Sheet<'_>) -> String) -> Result<(), Failure> {
     let gateway = load(file)?;
     let device = find(&gateway, file, name)?;
-    let identity = profiles::Identity { serial: device.serial, ..profiles::Identity::default() };
-    print(&profiles::Profile::clone(&device.profile).with_identity(identity).eds())
+    print(&device.profile.describe(None, form))
 }
 
 /// `axisd registers`.

@@ -1,86 +1,86 @@
-//! Writes the electronic data sheet (CiA 306-1 v1.4) of a device from its schemas.
+//! Writes the electronic data sheet (EDS; CiA 306-1 v1.4) of a kind of device, and the configuration (DCF) of one.
 
-use core::fmt::Write as _;
+use core::fmt::{Result, Write as _};
 
-use crate::{Access, DataType, Entry, Initial, Mappable, ObjectKind, Range, Schema, Value};
+use crate::sheet::{Area, BIT_RATES, DATE, DUMMIES, Shown, default, line};
+use crate::{Access, Address, Configuration, Entry, Mappable, ObjectKind, Range, Sheet};
 
-/// What the sheet says about the device as a whole.
-#[derive(Clone, Debug, Default)]
-pub struct DeviceInfo {
-    /// File name that the sheet is meant to have.
-    pub file_name: String,
-    /// Vendor in words.
-    pub vendor_name: String,
-    /// Vendor-ID, 0x1018:01.
-    pub vendor_number: u32,
-    /// Product in words.
-    pub product_name: String,
-    /// Product code, 0x1018:02.
-    pub product_number: u32,
-    /// Revision number, 0x1018:03.
-    pub revision_number: u32,
-    /// Number of RPDOs.
-    pub rpdos: u16,
-    /// Number of TPDOs.
-    pub tpdos: u16,
-}
-
-/// The sheet of a device that shows the objects of all `schemas`; those that are not on CANopen are left out.
+/// The sheet as a file of text.
 #[must_use]
-pub fn write(info: &DeviceInfo, schemas: &[&Schema]) -> String {
-    let mut sheet = String::new();
+pub fn write(sheet: &Sheet<'_>) -> String {
+    let mut text = String::new();
     // Writing into a String cannot fail.
-    let _ = write_sheet(&mut sheet, info, schemas);
-    sheet
+    let _ = write_sheet(&mut text, sheet);
+    text
 }
 
-/// Bit rates of CiA 301, in kbit/s; a virtual or SocketCAN link has whichever the interface has.
-const BIT_RATES: [u16; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
-
-fn write_sheet(out: &mut String, info: &DeviceInfo, schemas: &[&Schema]) -> core::fmt::Result {
-    // Multiplexed PDOs, for which a device has lists (CiA 301 v4.2, section 7.2.2.4).
-    let has_list = |schema: &&Schema| (0x1FA0..=0x1FFF).any(|index| schema.has_object(index));
-    write_header(out, info, schemas.iter().any(has_list))?;
-    let is_public = |entries: &[Entry]| !entries.iter().any(|entry| entry.is_local);
-    let shown = schemas.iter().flat_map(|s| s.objects()).filter(|(.., entries)| is_public(entries));
-    let mut objects: Vec<_> = shown.collect();
-    objects.sort_by_key(|(index, ..)| *index);
-    let is_mandatory = |index: &u16| matches!(index, 0x1000 | 0x1001 | 0x1018);
-    let is_manufacturer = |index: &u16| (0x2000..0x6000).contains(index);
-    let indices = || objects.iter().map(|(index, ..)| *index);
-    let select = |wanted: &dyn Fn(&u16) -> bool| indices().filter(wanted).collect::<Vec<_>>();
-    write_list(out, "MandatoryObjects", &select(&is_mandatory))?;
-    write_list(out, "OptionalObjects", &select(&|i| !is_mandatory(i) && !is_manufacturer(i)))?;
-    write_list(out, "ManufacturerObjects", &select(&is_manufacturer))?;
-    objects
-        .into_iter()
-        .try_for_each(|(index, name, kind, entries)| write_object(out, index, name, kind, entries))
+fn write_sheet(out: &mut String, sheet: &Sheet<'_>) -> Result {
+    write_file(out, sheet)?;
+    write_device(out, sheet)?;
+    if let Some(configuration) = sheet.configuration {
+        write_commissioning(out, configuration)?;
+    }
+    writeln!(out, "[DummyUsage]")?;
+    for index in DUMMIES {
+        writeln!(out, "Dummy{index:04X}=1")?;
+    }
+    writeln!(out, "\n[Comments]\nLines=0\n")?;
+    let objects = sheet.objects();
+    let lists = [
+        ("MandatoryObjects", Area::Mandatory),
+        ("OptionalObjects", Area::Optional),
+        ("ManufacturerObjects", Area::Manufacturer),
+    ];
+    for (section, area) in lists {
+        let indices = objects.iter().map(|(index, ..)| *index).filter(|index| Area::of(*index) == area);
+        write_list(out, section, &indices.collect::<Vec<_>>())?;
+    }
+    objects.into_iter().try_for_each(|object| write_object(out, sheet, object))
 }
 
-fn write_header(out: &mut String, info: &DeviceInfo, is_multiplexing: bool) -> core::fmt::Result {
-    writeln!(out, "[FileInfo]\nFileName={}\nFileVersion=1\nFileRevision=0\nEDSVersion=4.0", info.file_name)?;
-    writeln!(out, "Description={}\nCreatedBy=axisd\n", info.product_name)?;
+fn write_file(out: &mut String, Sheet { info, configuration, .. }: &Sheet<'_>) -> Result {
+    let [year, month, day] = DATE;
+    let ending = if configuration.is_some() { "dcf" } else { "eds" };
+    writeln!(out, "[FileInfo]\nFileName={}.{ending}", line(&info.name))?;
+    writeln!(out, "FileVersion=1\nFileRevision=0\nEDSVersion=4.0\nDescription={}", line(&info.product_name))?;
+    writeln!(out, "CreationTime=12:00AM\nCreationDate={month:02}-{day:02}-{year}\nCreatedBy=axisd")?;
+    if configuration.is_some() {
+        writeln!(out, "LastEDS={}.eds", line(&info.name))?;
+    }
+    writeln!(out)
+}
+
+fn write_device(out: &mut String, sheet: &Sheet<'_>) -> Result {
+    let info = sheet.info;
     writeln!(
         out,
         "[DeviceInfo]\nVendorName={}\nVendorNumber=0x{:08X}",
-        info.vendor_name, info.vendor_number
+        line(&info.vendor_name),
+        info.vendor_number
     )?;
-    writeln!(out, "ProductName={}\nProductNumber=0x{:08X}", info.product_name, info.product_number)?;
+    writeln!(out, "ProductName={}\nProductNumber=0x{:08X}", line(&info.product_name), info.product_number)?;
     writeln!(out, "RevisionNumber=0x{:08X}", info.revision_number)?;
     for rate in BIT_RATES {
         writeln!(out, "BaudRate_{rate}=1")?;
     }
     writeln!(out, "SimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=1\nDynamicChannelsSupported=0")?;
-    writeln!(out, "GroupMessaging={}", u8::from(is_multiplexing))?;
-    writeln!(out, "NrOfRXPDO={}\nNrOfTXPDO={}\nLSS_Supported=1\n", info.rpdos, info.tpdos)?;
-    writeln!(out, "[DummyUsage]")?;
-    for index in 1..=7 {
-        writeln!(out, "Dummy{index:04X}=1")?;
-    }
-    writeln!(out, "\n[Comments]\nLines=0\n")
+    writeln!(out, "GroupMessaging={}", u8::from(sheet.is_multiplexing()))?;
+    writeln!(out, "NrOfRXPDO={}\nNrOfTXPDO={}\nLSS_Supported=1\n", info.rpdos, info.tpdos)
 }
 
-fn write_list(out: &mut String, section: &str, indices: &[u16]) -> core::fmt::Result {
+/// The section has lacked a letter since the first version of CiA 306.
+fn write_commissioning(out: &mut String, configuration: &Configuration) -> Result {
+    let Configuration { node_id, node_name, bit_rate, network, network_name, serial_number, .. } =
+        configuration;
+    writeln!(out, "[DeviceComissioning]\nNodeID=0x{node_id:X}\nNodeName={}", line(node_name))?;
+    if let Some(bit_rate) = bit_rate {
+        writeln!(out, "Baudrate={bit_rate}")?;
+    }
+    writeln!(out, "NetNumber={network}\nNetworkName={}\nCANopenManager=0", line(network_name))?;
+    writeln!(out, "LSS_SerialNumber=0x{serial_number:08X}\n")
+}
+
+fn write_list(out: &mut String, section: &str, indices: &[u16]) -> Result {
     writeln!(out, "[{section}]\nSupportedObjects={}", indices.len())?;
     for (number, index) in indices.iter().enumerate() {
         writeln!(out, "{}=0x{index:04X}", number + 1)?;
@@ -88,39 +88,35 @@ fn write_list(out: &mut String, section: &str, indices: &[u16]) -> core::fmt::Re
     writeln!(out)
 }
 
-fn write_object(
-    out: &mut String,
-    index: u16,
-    name: &str,
-    kind: ObjectKind,
-    entries: &[Entry],
-) -> core::fmt::Result {
-    writeln!(out, "[{index:04X}]\nParameterName={name}")?;
+fn write_object(out: &mut String, sheet: &Sheet<'_>, (index, name, kind, entries): Shown<'_>) -> Result {
+    writeln!(out, "[{index:04X}]\nParameterName={}", line(name))?;
     match kind {
         ObjectKind::Var => {
             writeln!(out, "ObjectType=0x7")?;
-            return entries.first().map_or(Ok(()), |entry| write_entry(out, entry));
+            return entries.first().map_or(Ok(()), |entry| write_entry(out, sheet, index, entry));
         }
         ObjectKind::Array => writeln!(out, "ObjectType=0x8")?,
         ObjectKind::Record => writeln!(out, "ObjectType=0x9")?,
     }
     writeln!(out, "SubNumber={}\n", entries.len())?;
     entries.iter().try_for_each(|entry| {
-        writeln!(out, "[{index:04X}sub{:X}]\nParameterName={}\nObjectType=0x7", entry.sub, entry.name)?;
-        write_entry(out, entry)
+        let (sub, name) = (entry.sub, line(&entry.name));
+        writeln!(out, "[{index:04X}sub{sub:X}]\nParameterName={name}\nObjectType=0x7")?;
+        write_entry(out, sheet, index, entry)
     })
 }
 
-fn write_entry(out: &mut String, entry: &Entry) -> core::fmt::Result {
+fn write_entry(out: &mut String, sheet: &Sheet<'_>, index: u16, entry: &Entry) -> Result {
+    let address = Address::new(index, entry.sub);
     writeln!(out, "DataType=0x{:04X}\nAccessType={}", entry.data_type as u16, access_type(entry))?;
-    match &entry.initial {
-        Initial::PlusNodeId(base) => writeln!(out, "DefaultValue=$NODEID+0x{base:X}")?,
-        // A domain is too much for a line; 0x1021 holds this very sheet.
-        Initial::Value(_) if entry.data_type == DataType::Domain => {}
-        Initial::Value(value) => writeln!(out, "DefaultValue={}", value_text(entry.data_type, value))?,
+    if let Some(value) = default(address, entry) {
+        writeln!(out, "DefaultValue={value}")?;
     }
     if let Some(Range::Integer { min, max }) = entry.range {
         writeln!(out, "LowLimit={min}\nHighLimit={max}")?;
+    }
+    if let Some(value) = sheet.configured(address, entry.data_type) {
+        writeln!(out, "ParameterValue={value}")?;
     }
     writeln!(out, "PDOMapping={}\n", u8::from(entry.mappable != Mappable::No))
 }
@@ -131,19 +127,5 @@ fn access_type(entry: &Entry) -> &'static str {
         (Access::ReadWrite, Mappable::Receive) => "rww",
         (Access::ReadWrite, Mappable::Transmit) => "rwr",
         (access, _) => access.name(),
-    }
-}
-
-fn value_text(data_type: DataType, value: &Value) -> String {
-    match value {
-        Value::Fixed(raw) => match Value::as_real(data_type, *raw) {
-            Some(real) => real.to_string(),
-            None if data_type.is_signed() => data_type.integer(*raw).to_string(),
-            None => format!("0x{raw:X}"),
-        },
-        Value::Bytes(bytes) if data_type == DataType::VisibleString => {
-            String::from_utf8_lossy(bytes).into_owned()
-        }
-        Value::Bytes(bytes) => bytes.iter().map(|b| format!("{b:02X}")).collect(),
     }
 }

@@ -151,6 +151,8 @@ pub struct Entry {
     pub is_kept: bool,
     /// Whether its value belongs to the moment and is never stored, although it can be read and written.
     pub is_volatile: bool,
+    /// Whether the device gives it values, those of the moment: it has no default to be told.
+    pub is_live: bool,
     /// The owner's objection, if any.
     pub veto: Option<Veto>,
     /// Whether it is not on CANopen: other views of the device reach it by its slot, [`Dictionary::find`] does not.
@@ -177,6 +179,7 @@ impl Entry {
             command: None,
             is_kept: false,
             is_volatile: false,
+            is_live: false,
             veto: None,
             is_local: false,
         }

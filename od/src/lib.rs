@@ -25,7 +25,9 @@ mod mapping;
 mod pdo;
 mod saved;
 mod schema;
+mod sheet;
 mod value;
+pub mod xdd;
 
 pub use abort::AbortCode;
 pub use address::Address;
@@ -38,4 +40,5 @@ pub use mapping::{Direction, Field, Mapping};
 pub use pdo::{PdoTraits, Scan};
 pub use saved::{Group, Saved};
 pub use schema::{Schema, SchemaError};
+pub use sheet::{Configuration, DeviceInfo, Sheet};
 pub use value::Value;

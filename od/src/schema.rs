@@ -75,6 +75,16 @@ impl Schema {
         }
     }
 
+    /// Says that the device gives the entry at `address` values, if it exists. It is live unless a bus sets or commands
+    /// it, or it has another default than zero.
+    pub fn set_live(&mut self, address: Address) {
+        if let Some(entry) = self.slot(address).and_then(|s| self.entries.get_mut(s.position())) {
+            let has_no_default = entry.initial == Initial::Value(Value::zero(entry.data_type));
+            let is_state = entry.access == Access::ReadOnly || entry.is_volatile && entry.command.is_none();
+            entry.is_live = is_state && has_no_default;
+        }
+    }
+
     /// Gives the entry at `address`, if it exists, another default, which must be of its type.
     pub fn set_initial(&mut self, address: Address, value: Value) {
         self.set_default(address, Initial::Value(value));

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use od::{
-    AbortCode, Access, Address, Bus, Data, DataType, Dictionary, Direction, Entry, Mappable, Mapping, Object,
-    Origin, Schema, Value, Write, eds,
+    AbortCode, Access, Address, Bus, Data, DataType, DeviceInfo, Dictionary, Direction, Entry, Mappable,
+    Mapping, Object, Origin, Schema, Sheet, Value, Write, eds,
 };
 
 const MODBUS: Origin = Origin { bus: Bus::Local, link: 0, client: 0 };
@@ -53,7 +53,8 @@ fn another_view_reads_writes_and_stores_a_local_entry_by_its_slot() {
 
 #[test]
 fn the_data_sheet_leaves_local_objects_out() {
-    let sheet = eds::write(&eds::DeviceInfo::default(), &[&schema()]);
+    let (info, schema) = (DeviceInfo::default(), schema());
+    let sheet = eds::write(&Sheet { info: &info, schemas: &[&schema], configuration: None });
     assert!(sheet.contains("[2011sub1]"));
     assert!(sheet.contains("[ManufacturerObjects]\nSupportedObjects=1\n1=0x2011\n"), "{sheet}");
     assert!(!sheet.contains("2F11"), "{sheet}");

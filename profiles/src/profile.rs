@@ -4,7 +4,10 @@ use core::num::NonZeroU32;
 use core::ops::RangeInclusive;
 use std::sync::Arc;
 
-use od::{AbortCode, Address, DataType, Initial, PdoTraits, Schema, Value, Veto, eds};
+use od::{
+    AbortCode, Address, Configuration, DataType, DeviceInfo, Initial, PdoTraits, Schema, Sheet, Value, Veto,
+    eds,
+};
 
 use crate::cia402::units::factors;
 use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
@@ -99,6 +102,9 @@ pub enum Dialect {
     Mac4(CardType),
 }
 
+/// The pre-defined error field, which is empty but for sub-index 0 at power-on (CiA 301 v4.2, section 7.5.2.3).
+const ERROR_FIELD: u16 = 0x1003;
+
 /// The text of a MAC4 card: its head, what all cards have, and the parts that it has.
 macro_rules! mac4 {
     ($head:literal, $($part:literal),+) => {
@@ -182,7 +188,7 @@ impl Profile {
         file::parse(file, text, motor, data).map(|profile| profile.guarded().with_sheet())
     }
 
-    /// The same profile with the device's own objections to what is written.
+    /// The same profile with the device's own objections to what is written; what it shows of itself is marked.
     fn guarded(mut self) -> Self {
         let is_stepper = self.motor.as_ref().is_some_and(|motor| motor.stepper().is_some());
         let mut application = Arc::unwrap_or_clone(self.application);
@@ -191,16 +197,19 @@ impl Profile {
             if let Some(veto) = veto {
                 application.set_veto(bound.address, veto);
             }
+            application.set_live(bound.address);
         }
         let lists = [&self.motor_registers, &self.module_registers].into_iter().flatten();
         for register in lists.flat_map(|list| &list.registers) {
-            if let (Some(place), Some(veto)) =
-                (register.place, register.role.and_then(|role| jvl::of_register(role, is_stepper)))
-            {
+            let (Some(place), Some(role)) = (register.place, register.role) else { continue };
+            if let Some(veto) = jvl::of_register(role, is_stepper) {
                 application.set_veto(place, veto);
             }
+            application.set_live(place);
         }
         self.application = Arc::new(application);
+        let communication = Arc::make_mut(&mut self.communication);
+        (1..=u8::MAX).for_each(|sub| communication.set_live(Address::new(ERROR_FIELD, sub)));
         self
     }
 
@@ -279,8 +288,14 @@ impl Profile {
     /// The electronic data sheet of the device.
     #[must_use]
     pub fn eds(&self) -> String {
-        let info = eds::DeviceInfo {
-            file_name: format!("{}.eds", self.name),
+        self.describe(None, eds::write)
+    }
+
+    /// What `form` makes of the objects of the device; with a configuration, of those of one device.
+    #[must_use]
+    pub fn describe(&self, configuration: Option<&Configuration>, form: fn(&Sheet<'_>) -> String) -> String {
+        let info = DeviceInfo {
+            name: self.name.clone(),
             vendor_name: self.vendor.clone(),
             vendor_number: self.identity(1),
             product_name: self.product.clone(),
@@ -289,7 +304,7 @@ impl Profile {
             rpdos: self.rpdos,
             tpdos: self.tpdos,
         };
-        eds::write(&info, &[&self.communication, &self.application])
+        form(&Sheet { info: &info, schemas: &[&self.communication, &self.application], configuration })
     }
 
     /// The default of 0x1018:`sub`, zero if there is none.

@@ -149,6 +149,7 @@ fn refusal(response: Response) -> Failure {
         | Response::Log(_)
         | Response::Audit(_)
         | Response::Objects(_)
+        | Response::Sheet(_)
         | Response::Progress(_)
         | Response::Done(_)
         | Response::Owners(_)

@@ -20,11 +20,13 @@ mod owners;
 mod place;
 mod request;
 mod server;
+mod sheet;
 mod traffic;
 
 pub use board::{Publisher, Reader, board};
 pub use errand::{
-    Commanded, Described, Errand, NmtOrder, ObjectError, ObjectOrder, ObjectTask, SendOrder, Target, Watched,
+    Commanded, Described, Errand, NmtOrder, NodePlace, ObjectError, ObjectOrder, ObjectTask, SendOrder,
+    Target, Watched,
 };
 pub(crate) use faults::find as find_device;
 pub use faults::{AxisFaults, Order, Outcome, text};
@@ -38,6 +40,7 @@ pub(crate) use place::directory_of_service;
 pub use place::{ControlSocket, place_of_instance, places_to_ask, places_to_serve};
 pub use request::{NMT_COMMANDS, PROTOCOL, Request, Response, Version};
 pub use server::{ToCore, serve};
+pub use sheet::DataSheet;
 pub use traffic::Traffic;
 
 pub use crate::link::Tap;

@@ -125,6 +125,42 @@ pub(super) enum Od {
         #[arg(long)]
         bus: Option<String>,
     },
+    /// Print the data sheet of a device, or with it how the device is configured now
+    Export {
+        /// Name of the device
+        device: String,
+        /// What to make of it
+        #[arg(long, value_enum, default_value_t = SheetFormat::Dcf)]
+        format: SheetFormat,
+        /// Bus whose communication objects are meant [default: the first of the device]
+        #[arg(long)]
+        bus: Option<String>,
+    },
+}
+
+/// The forms of a data sheet.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum SheetFormat {
+    /// What the kind of device is, as text (CiA 306)
+    Eds,
+    /// Also the Node-ID and the values of all parameters (CiA 306)
+    Dcf,
+    /// As eds, in XML (CiA 311)
+    Xdd,
+    /// As dcf, in XML (CiA 311)
+    Xdc,
+}
+
+impl SheetFormat {
+    /// The word of the protocol.
+    pub(super) const fn word(self) -> &'static str {
+        match self {
+            Self::Eds => "eds",
+            Self::Dcf => "dcf",
+            Self::Xdd => "xdd",
+            Self::Xdc => "xdc",
+        }
+    }
 }
 
 #[derive(Args, Debug)]

@@ -16,9 +16,14 @@ pub(super) fn run(client: &Client, output: Output, od: Od) -> Result<(), Failure
         Od::List { device, filter, bus } => Request::OdList { device, bus, filter },
         Od::Read { device, object, bus } => Request::OdRead { device, object, bus },
         Od::Write { device, object, value, bus } => Request::OdWrite { device, object, value, bus },
+        Od::Export { device, format, bus } => {
+            let format = format.word().to_owned();
+            Request::OdExport { device, format, bus }
+        }
     };
     match client.ask(&request)? {
         Response::Objects(objects) => output.print(&objects, |objects| text(objects, is_list)),
+        Response::Sheet(sheet) => output.print(&sheet, |sheet| sheet.text.clone()),
         other => Err(refusal(other)),
     }
 }

@@ -46,8 +46,19 @@ pub struct Described {
     pub device: String,
     /// What it is.
     pub profile: Arc<Profile>,
-    /// Its nodes: bus and Node-ID.
-    pub nodes: Vec<(String, u8)>,
+    /// Its nodes.
+    pub nodes: Vec<NodePlace>,
+}
+
+/// Where a node is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodePlace {
+    /// Name of its bus.
+    pub bus: String,
+    /// Number of its bus, from 1 in the order of the configuration.
+    pub network: u32,
+    /// Node-ID.
+    pub node_id: u8,
 }
 
 /// Objects of a device to be written, all at once, and then others to be read.

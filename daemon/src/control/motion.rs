@@ -155,6 +155,7 @@ async fn movers(orders: &Orders, request: Request) -> Result<Vec<Mover>, String>
         | Request::OdList { .. }
         | Request::OdRead { .. }
         | Request::OdWrite { .. }
+        | Request::OdExport { .. }
         | Request::Claim { .. }
         | Request::Release { .. }
         | Request::Nmt { .. }

@@ -3,14 +3,14 @@
 use od::{AbortCode, Address, DataType, Entry, ObjectKind, Schema, Value};
 use serde::{Deserialize, Serialize};
 
-use super::errand::{Described, Errand, ObjectError, ObjectOrder};
+use super::errand::{Described, Errand, NodePlace, ObjectError, ObjectOrder};
 use super::orders::Orders;
 use super::request::Response;
 use crate::core::Authority;
 use crate::objects::{self, find};
 
 /// Values that the core reads for a list before everything else has its turn again.
-const BATCH: usize = 64;
+pub(super) const BATCH: usize = 64;
 
 /// An entry and its value.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -34,7 +34,7 @@ pub struct ObjectValue {
 /// A device whose objects are meant.
 pub(super) struct Objects<'o> {
     orders: &'o Orders,
-    described: Described,
+    pub(super) described: Described,
     /// Position of the node whose communication objects are meant.
     node: usize,
 }
@@ -43,9 +43,10 @@ impl<'o> Objects<'o> {
     /// Those of the device of this name, with the communication objects of its node on `bus`.
     pub(super) async fn of(orders: &'o Orders, device: String, bus: Option<&str>) -> Result<Self, String> {
         let described = describe(orders, device).await?;
-        let position = |bus: &str| described.nodes.iter().position(|(own, _)| own == bus);
+        let position = |bus: &str| described.nodes.iter().position(|place| place.bus == bus);
         let node = bus.map_or(Ok(0), |bus| {
-            let known = || described.nodes.iter().map(|(bus, _)| bus.as_str()).collect::<Vec<_>>().join(", ");
+            let buses = || described.nodes.iter().map(|place| place.bus.as_str());
+            let known = || buses().collect::<Vec<_>>().join(", ");
             let unknown = || format!("`{}` is not on bus `{bus}`; it is on: {}", described.device, known());
             position(bus).ok_or_else(unknown)
         })?;
@@ -101,7 +102,7 @@ impl<'o> Objects<'o> {
         Ok(self.told(&addresses, values))
     }
 
-    async fn order(
+    pub(super) async fn order(
         &self,
         writes: Vec<(Address, Vec<u8>)>,
         reads: Vec<Address>,
@@ -114,7 +115,12 @@ impl<'o> Objects<'o> {
         })
     }
 
-    fn areas(&self) -> [&Schema; 2] {
+    /// Where the node is whose communication objects are meant.
+    pub(super) fn place(&self) -> Result<&NodePlace, String> {
+        self.described.nodes.get(self.node).ok_or_else(|| "the device is on no CANopen bus".to_owned())
+    }
+
+    pub(super) fn areas(&self) -> [&Schema; 2] {
         [&self.described.profile.communication, &self.described.profile.application]
     }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use canopen::NmtCommand;
 use serde::{Deserialize, Serialize};
 
-use super::{AxisFaults, AxisOwner, Commanded, Ended, LssResult, ObjectValue, Progress, Traffic};
+use super::{AxisFaults, AxisOwner, Commanded, DataSheet, Ended, LssResult, ObjectValue, Progress, Traffic};
 use crate::reload::Report;
 use crate::status::Status;
 
@@ -97,6 +97,16 @@ pub enum Request {
         object: String,
         /// What to write, as a text.
         value: String,
+        /// The bus whose communication objects are meant; the first of the device without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        bus: Option<String>,
+    },
+    /// The data sheet of a device.
+    OdExport {
+        /// Name of the device.
+        device: String,
+        /// `eds`, `dcf`, `xdd` or `xdc`.
+        format: String,
         /// The bus whose communication objects are meant; the first of the device without it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         bus: Option<String>,
@@ -226,6 +236,8 @@ pub enum Response {
     Audit(Vec<serde_json::Value>),
     /// Objects with their values.
     Objects(Vec<ObjectValue>),
+    /// A data sheet.
+    Sheet(DataSheet),
     /// How far a motion is; others follow.
     Progress(Progress),
     /// How a motion has ended.

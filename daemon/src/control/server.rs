@@ -135,6 +135,9 @@ async fn answer(request: Request, to_core: &mut ToCore) -> Result<Response, Stri
         Request::OdWrite { device, object, value, bus } => {
             return Objects::of(orders, device, bus.as_deref()).await?.write(&object, &value).await;
         }
+        Request::OdExport { device, format, bus } => {
+            return Objects::of(orders, device, bus.as_deref()).await?.export(&format).await;
+        }
         Request::Claim { device, axis, owner } => {
             let claim = Claim { device, axis, owner: Some(owner) };
             return orders.place(Errand::Claim, claim).await?.map(Response::Owners);

@@ -7,8 +7,8 @@ use od::{AbortCode, Address, Instant};
 
 use super::{CoreLoop, link_id};
 use crate::control::{
-    Commanded, Described, Errand, Inbox, NmtOrder, ObjectError, ObjectOrder, ObjectTask, Target, Watched,
-    find_device,
+    Commanded, Described, Errand, Inbox, NmtOrder, NodePlace, ObjectError, ObjectOrder, ObjectTask, Target,
+    Watched, find_device,
 };
 use crate::core::{LinkId, WriteRefused};
 use crate::dump::Known;
@@ -84,7 +84,12 @@ impl CoreLoop {
         let named = self.core.names().filter(|(number, _)| wanted.is_none_or(|wanted| wanted == *number));
         let described = |(number, device): (usize, &str)| {
             let nodes = self.core.nodes_of(number);
-            let nodes = nodes.map(|(link, node)| (self.bus_name(link).to_owned(), node.node_id())).collect();
+            let place = |(link, node): (LinkId, &canopen::Node)| NodePlace {
+                bus: self.bus_name(link).to_owned(),
+                network: u32::from(link.0) + 1,
+                node_id: node.node_id(),
+            };
+            let nodes = nodes.map(place).collect();
             let profile = self.core.profile(number)?.clone();
             Some(Described { device: device.to_owned(), profile, nodes })
         };

@@ -29,9 +29,20 @@ impl Master {
         Self::new(&["--interface=socketcand", "--channel=can0", "--port", &port.to_string()], profile)
     }
 
+    /// As [`at`](Self::at), for a drive that this file describes.
+    #[must_use]
+    pub fn with_file(port: u16, file: &Path) -> Self {
+        let way = ["--interface=socketcand", "--channel=can0", "--port", &port.to_string()];
+        Self::described(&way, TempDir::new(), file)
+    }
+
     fn new(way: &[&str], profile: &str) -> Self {
         let dir = TempDir::new();
         let file = write_eds(&dir, profile);
+        Self::described(way, dir, &file)
+    }
+
+    fn described(way: &[&str], dir: TempDir, file: &Path) -> Self {
         let eds = ["--eds".to_owned(), file.display().to_string()];
         Self { arguments: way.iter().map(|&word| word.to_owned()).chain(eds).collect(), _eds: dir }
     }

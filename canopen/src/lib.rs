@@ -17,6 +17,7 @@
 #![forbid(unsafe_code)]
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
 
+pub mod ascii;
 mod cob_id;
 mod communication;
 mod deadline;

@@ -67,6 +67,7 @@ pub(crate) mod command {
     pub(crate) const SWITCH_GLOBAL: u8 = 0x04;
     pub(crate) const CONFIGURE_NODE_ID: u8 = 0x11;
     pub(crate) const CONFIGURE_BIT_TIMING: u8 = 0x13;
+    pub(crate) const ACTIVATE_BIT_TIMING: u8 = 0x15;
     pub(crate) const STORE: u8 = 0x17;
     /// To 0x43: one part of the address each.
     pub(crate) const SWITCH_SELECTIVE: u8 = 0x40;

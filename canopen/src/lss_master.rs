@@ -119,6 +119,8 @@ pub struct LssMaster {
     /// Until when; `None` until it is sent.
     deadline: Option<Instant>,
     is_answered: bool,
+    /// How long slaves have for an answer to a question that is put to all of them.
+    window: Duration,
 }
 
 impl LssMaster {
@@ -129,7 +131,16 @@ impl LssMaster {
             LssTask::Configure { address: Some(address), .. } | LssTask::Inquire(address) => address,
             LssTask::Scan | LssTask::Configure { address: None, .. } => [0; 4],
         };
-        Self { task, phase: Phase::Begin, address, patience: None, deadline: None, is_answered: false }
+        let phase = Phase::Begin;
+        Self { task, phase, address, patience: None, deadline: None, is_answered: false, window: WINDOW }
+    }
+
+    /// The same one that waits so long for the first answer to a question that is put to all slaves, for networks or
+    /// machines that are slow. Once there is one it waits for others as ever.
+    #[must_use]
+    pub fn with_window(mut self, window: Duration) -> Self {
+        self.window = window.max(WINDOW);
+        self
     }
 
     /// What is to be done at `now`; `answer` is what a slave has said since, if one has (0x7E4, eight bytes).
@@ -140,7 +151,9 @@ impl LssMaster {
         if let Some([specifier, first, ..]) = answer {
             match (self.phase, specifier) {
                 (Phase::Probe | Phase::Scan { .. } | Phase::Confirm { .. }, IDENTIFIED) => {
-                    self.is_answered = true;
+                    if !core::mem::replace(&mut self.is_answered, true) {
+                        self.deadline = Some(deadline.min(now + WINDOW));
+                    }
                 }
                 (Phase::Select { part: 3 }, SWITCHED) => {
                     return self.go_on(Phase::after_selection(self.task));
@@ -156,6 +169,7 @@ impl LssMaster {
                 (_, _) => {}
             }
         }
+        let deadline = self.deadline.unwrap_or(deadline);
         if now < deadline { LssStep::Wait(deadline) } else { self.expire() }
     }
 
@@ -210,9 +224,9 @@ impl LssMaster {
         let number = |part: u8| self.address.get(usize::from(part)).copied().unwrap_or(0);
         let (message, time) = match self.phase {
             Phase::Begin | Phase::End(_) => ([SWITCH_GLOBAL, 0, 0, 0, 0, 0, 0, 0], WINDOW),
-            Phase::Probe => (fastscan(0, 0x80, 0, 0), WINDOW),
-            Phase::Scan { part, bit } => (fastscan(number(part), bit, part, part), WINDOW),
-            Phase::Confirm { part } => (fastscan(number(part), 0, part, (part + 1) % 4), WINDOW),
+            Phase::Probe => (fastscan(0, 0x80, 0, 0), self.window),
+            Phase::Scan { part, bit } => (fastscan(number(part), bit, part, part), self.window),
+            Phase::Confirm { part } => (fastscan(number(part), 0, part, (part + 1) % 4), self.window),
             Phase::Select { part: 3 } => (with_number(SWITCH_SELECTIVE + 3, number(3)), PATIENCE),
             Phase::Select { part } => (with_number(SWITCH_SELECTIVE + part, number(part)), Duration::ZERO),
             Phase::Inquire => ([INQUIRE_NODE_ID, 0, 0, 0, 0, 0, 0, 0], PATIENCE),
@@ -241,7 +255,7 @@ impl Phase {
     }
 }
 
-fn with_number(specifier: u8, number: u32) -> [u8; 8] {
+pub(crate) fn with_number(specifier: u8, number: u32) -> [u8; 8] {
     let [a, b, c, d] = number.to_le_bytes();
     [specifier, a, b, c, d, 0, 0, 0]
 }

@@ -1,6 +1,8 @@
 //! `[[bus]]`: a network and how it is reached.
 
+use core::fmt;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 
 use profiles::Report;
 use profiles::reader::{Node, Spanned, Table};
@@ -18,6 +20,34 @@ pub struct Bus {
     pub bit_rate_kbit_s: Option<u16>,
     /// Where clients may join the network by the socketcand protocol.
     pub socketcand: Option<SocketAddr>,
+    /// Where clients may use the network by lines of text (CiA 309-3).
+    pub gateway: Option<Endpoint>,
+}
+
+impl Bus {
+    /// Whether clients hear what passes on it.
+    #[must_use]
+    pub fn has_clients(&self) -> bool {
+        self.socketcand.is_some() || self.gateway.is_some()
+    }
+}
+
+/// Where clients connect.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Endpoint {
+    /// By TCP.
+    Tcp(SocketAddr),
+    /// By a Unix socket in the file system.
+    Unix(PathBuf),
+}
+
+impl fmt::Display for Endpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tcp(address) => address.fmt(f),
+            Self::Unix(path) => path.display().fmt(f),
+        }
+    }
 }
 
 /// How a network is reached.
@@ -45,13 +75,15 @@ pub(crate) struct BusDraft {
     link: Option<Link>,
     pub(crate) bit_rate_kbit_s: Option<u16>,
     socketcand: Option<SocketAddr>,
+    gateway: Option<Endpoint>,
 }
 
 impl BusDraft {
     /// The bus, if everything it needs was read; `bit_rate_kbit_s` is what the switches of its devices say.
     pub(crate) fn finish(self, bit_rate_kbit_s: Option<u16>) -> Option<Bus> {
         let bit_rate_kbit_s = self.bit_rate_kbit_s.or(bit_rate_kbit_s);
-        Some(Bus { name: self.name?, link: self.link?, bit_rate_kbit_s, socketcand: self.socketcand })
+        let Self { name, link, socketcand, gateway, .. } = self;
+        Some(Bus { name: name?, link: link?, bit_rate_kbit_s, socketcand, gateway })
     }
 }
 
@@ -70,8 +102,18 @@ fn read(node: Node<'_>, others: &[BusDraft], report: &mut Report) -> BusDraft {
     let bit_rate_kbit_s = table.get_in("bit_rate_kbit_s", 10..=1000);
     let socketcand = table.get::<Spanned<&str>>("socketcand");
     let socketcand = socketcand.and_then(|text| address(&text, "127.0.0.1:29536", table.report));
+    let gateway = table.get::<Spanned<&str>>("gateway");
+    let gateway = gateway.and_then(|text| endpoint(&text, table.report));
     table.finish();
-    BusDraft { name, link, bit_rate_kbit_s, socketcand }
+    BusDraft { name, link, bit_rate_kbit_s, socketcand, gateway }
+}
+
+/// An absolute path, or an address with a port.
+fn endpoint(text: &Spanned<&str>, report: &mut Report) -> Option<Endpoint> {
+    if text.get_ref().starts_with('/') {
+        return Some(Endpoint::Unix(PathBuf::from(*text.get_ref())));
+    }
+    address(text, "127.0.0.1:6001\", or a path such as \"/run/axisd/can0.gateway", report).map(Endpoint::Tcp)
 }
 
 fn link(text: &Spanned<&str>, report: &mut Report) -> Option<Link> {

@@ -102,7 +102,22 @@ fn keep_what_needs_a_restart(running: &Gateway, next: &mut Gateway) -> Vec<&'sta
         keep("storage", &running.storage, &mut next.storage),
         keep("control", &running.control, &mut next.control),
     ];
-    places.into_iter().chain(service).flatten().collect()
+    let gateway = keep_gateways(running, next).then_some("bus.gateway");
+    places.into_iter().chain(service).chain([gateway]).flatten().collect()
+}
+
+/// Gives the buses of `next` the gateways that they have; whether that is not what it says. A bus that comes gets none, and
+/// that of one that goes leads nowhere.
+fn keep_gateways(running: &Gateway, next: &mut Gateway) -> bool {
+    let has_gone = |bus: &&Bus| bus.gateway.is_some() && !next.buses.iter().any(|new| is_same_bus(bus, new));
+    let mut is_new = running.buses.iter().any(|bus| has_gone(&bus));
+    for bus in &mut next.buses {
+        let old = running.buses.iter().find(|old| is_same_bus(old, bus));
+        let kept = old.and_then(|old| old.gateway.clone());
+        is_new |= kept != bus.gateway;
+        bus.gateway = kept;
+    }
+    is_new
 }
 
 fn positions<T>(list: &[T], is_meant: impl Fn(&T) -> bool) -> Vec<usize> {

@@ -19,7 +19,7 @@ mod resolve;
 mod service;
 mod switches;
 
-pub use bus::{Bus, Link};
+pub use bus::{Bus, Endpoint, Link};
 pub use changes::Changes;
 pub use defaults::LIMITS;
 pub use device::{Attachment, Device, Owner, UNCONFIGURED};

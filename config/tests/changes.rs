@@ -187,3 +187,21 @@ fn what_needs_a_restart_is_told_and_stays_as_it_is() {
         ""
     );
 }
+
+#[test]
+fn gateways_stay_as_they_are_until_a_restart() {
+    let with = |keys: &str| gateway(&TWO.replacen("link = ", &format!("{keys}link = "), 1));
+    let (none, one, other) = (with(""), with("gateway = \"/a\"\n"), with("gateway = \"/b\"\n"));
+    for (old, new) in [(&none, &one), (&one, &none), (&one, &other)] {
+        let changes = Changes::between(old, new.clone());
+        assert_eq!(told(&changes), "bus.gateway!");
+        assert_eq!(changes.next.buses[0].gateway, old.buses[0].gateway);
+        assert_eq!(told(&Changes::between(&changes.next, new.clone())), "bus.gateway!");
+    }
+    assert_eq!(told(&Changes::between(&one, one.clone())), "");
+    let mut otherwise = one.clone();
+    otherwise.buses[0].link = config::Link::SocketCan("vcan9".to_owned());
+    let changes = Changes::between(&one, otherwise);
+    assert!(told(&changes).contains("bus.gateway!"), "{}", told(&changes));
+    assert_eq!(changes.next.buses[0].gateway, None, "it is another bus");
+}

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use config::{
-    Attachment, Diagnostics, Gateway, Link, Listener, ModbusDialect, Network, Owner, WhenFull, WordOrder,
-    load,
+    Attachment, Diagnostics, Endpoint, Gateway, Link, Listener, ModbusDialect, Network, Owner, WhenFull,
+    WordOrder, load,
 };
 use profiles::{
     Input, NoiseSetup, PlantFault, PlantSetup, Position, PositionRange, ScheduledFault, SupplySetup, Timing,
@@ -429,4 +429,19 @@ proptest! {
             prop_assert!(!wrong.0.is_empty());
         }
     }
+}
+
+#[test]
+fn a_gateway_is_at_an_address_or_at_a_path() {
+    let bus =
+        |gateway: &str| format!("[[bus]]\nname = \"can0\"\nlink = \"virtual\"\ngateway = \"{gateway}\"\n");
+    let endpoint = |gateway: &str| load_plainly(&bus(gateway)).buses.remove(0).gateway.unwrap();
+    assert_eq!(endpoint("127.0.0.1:6001"), Endpoint::Tcp("127.0.0.1:6001".parse().unwrap()));
+    assert_eq!(endpoint("/run/axisd/can0.gateway"), Endpoint::Unix("/run/axisd/can0.gateway".into()));
+    let wrong = load_text(&bus("can0.gateway")).unwrap_err().to_string();
+    assert!(wrong.contains(":4:11: error: `can0.gateway` is no socket address"), "{wrong}");
+    assert!(
+        wrong.contains("such as \"127.0.0.1:6001\", or a path such as \"/run/axisd/can0.gateway\""),
+        "{wrong}"
+    );
 }

@@ -32,6 +32,7 @@ struct Bus {
     link: String,
     bit_rate_kbit_s: Option<u16>,
     socketcand: Option<String>,
+    gateway: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -186,6 +187,7 @@ fn bus(bus: &config::Bus) -> Bus {
         link,
         bit_rate_kbit_s: bus.bit_rate_kbit_s,
         socketcand: bus.socketcand.map(|address| address.to_string()),
+        gateway: bus.gateway.as_ref().map(ToString::to_string),
     }
 }
 

@@ -2,12 +2,13 @@
 //!
 //! [`core::Core`] is the part without I/O: every device and bus engine, by value, under whatever time it is told.
 //! Around it one thread moves frames between the core and the links, and a second one serves
-//! the clients of [`socketcand`] and of the [`control`] socket. Between the two pass frames, by bounded queues, and the
+//! the clients of [`socketcand`], of the [`ascii_gateway`] and of the [`control`] socket. Between the two pass frames, by bounded queues, and the
 //! [`status`] when somebody wants it. A third one writes what devices want to be stored: [`storage`].
 
 #![warn(clippy::expect_used, clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
 
 pub mod alarm;
+pub mod ascii_gateway;
 pub mod audit;
 pub mod axisctl;
 mod build;

@@ -73,7 +73,7 @@ pub(crate) struct Reloader {
     pub(crate) listeners: Vec<Option<Whose>>,
     /// Whether the core loop has what Modbus listeners need.
     pub(crate) has_sockets: bool,
-    /// Buses that are served by socketcand, by their names.
+    /// Buses that are served by socketcand or a gateway, by their names.
     pub(crate) served: BTreeMap<String, Bus>,
     pub(crate) ports: BTreeMap<SocketAddr, Port>,
     pub(crate) services: Handle,

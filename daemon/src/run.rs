@@ -18,6 +18,7 @@ use tokio::runtime::Handle;
 use tracing::{info, warn};
 
 use crate::alarm::Alarm;
+use crate::ascii_gateway::{self, Gateways};
 use crate::audit::{self, Files, Names, Trail};
 use crate::cli::Failure;
 use crate::clock::Clock;
@@ -55,19 +56,20 @@ pub(crate) fn demo(socketcand: Option<SocketAddr>) -> Result<(), Failure> {
 /// Serves `gateway`, which stands in `file`, until a signal; `advice` is for a taken port, `introduction` for standard output.
 fn serve(gateway: Gateway, file: Option<&Path>, advice: &str, introduction: &str) -> Result<(), Failure> {
     let ports = Ports::listen(&gateway, advice)?;
+    let gateways = Gateways::listen(&gateway, &ports.served)?;
     let modbus = modbus_tcp::listen_all(&gateway)?;
     let (log, dial) = log::start(&gateway.service.log);
-    let outcome = run(gateway, file, ports, modbus, introduction, dial);
+    let outcome = run(gateway, file, (ports, gateways), modbus, introduction, dial);
     info!(target: SERVICE, "stopped");
     drop(log);
     outcome
 }
 
-/// Runs until a signal; the control socket is in the file system until then.
+/// Runs until a signal; the control socket and those of gateways are in the file system until then.
 fn run(
     gateway: Gateway,
     file: Option<&Path>,
-    ports: Ports,
+    (ports, mut gateways): (Ports, Gateways),
     modbus: Vec<modbus_tcp::Listening>,
     introduction: &str,
     dial: Dial,
@@ -77,7 +79,8 @@ fn run(
     socket.iter().for_each(|socket| info!(target: SERVICE, "control socket {}", socket.path().display()));
     let hang_up = file.map(|_| reload_on_signal()).transpose().map_err(other)?;
     let (asker, asking) = hang_up.as_ref().map(reload::asker).unzip();
-    let (mut core_loop, around) = start(&gateway, ports, listener, dial, asker)?;
+    let sockets = core::mem::take(&mut gateways.sockets);
+    let (mut core_loop, around) = start(&gateway, (ports, gateways), listener, dial, asker)?;
     modbus_tcp::introduce(&mut core_loop.core, &gateway);
     let has_sockets = !modbus.is_empty();
     if has_sockets {
@@ -97,7 +100,7 @@ fn run(
         // Without a file there is nobody.
         let _ = ready.send(());
     });
-    drop(socket);
+    drop((socket, sockets));
     outcome.map_err(other)
 }
 
@@ -112,7 +115,7 @@ struct Around {
 /// The core loop, ready to run, and what is beside it.
 fn start(
     gateway: &Gateway,
-    mut ports: Ports,
+    (mut ports, gateways): (Ports, Gateways),
     control: Option<UnixListener>,
     dial: Dial,
     reload: Option<Asker>,
@@ -137,6 +140,7 @@ fn start(
     let services = services::serve(|| {
         links.iter().filter_map(Link::gauge).for_each(|(interface, gauge)| measure(interface, &gauge));
         socketcand::serve(core::mem::take(&mut ports.listening), &to_core, clock)?;
+        ascii_gateway::serve(gateways.listening, &to_core, clock)?;
         metrics.map_or(Ok(()), |(listener, reader)| metrics::serve(listener, reader))?;
         control.map_or(Ok(()), |(listener, to_core)| control::serve(listener, to_core))
     });
@@ -236,7 +240,7 @@ fn store_in(directory: &Path, core: &mut Core, now: Instant, alarm: &Alarm) -> R
 struct Ports {
     listening: Vec<Listening>,
     ports: BTreeMap<SocketAddr, Port>,
-    /// The buses by their names.
+    /// The buses that they or gateways lead to, by their names.
     served: BTreeMap<String, Bus>,
 }
 
@@ -246,10 +250,10 @@ impl Ports {
         let mut buses: BTreeMap<SocketAddr, Vec<Bus>> = BTreeMap::new();
         let mut served = BTreeMap::new();
         for (number, bus) in gateway.buses.iter().enumerate() {
-            if let Some(address) = bus.socketcand {
+            if bus.has_clients() {
                 let own = Bus::new(&bus.name, LinkId(number as u16));
                 served.insert(bus.name.clone(), own.clone());
-                buses.entry(address).or_default().push(own);
+                bus.socketcand.into_iter().for_each(|port| buses.entry(port).or_default().push(own.clone()));
             }
         }
         let (mut listening, mut ports) = (Vec::new(), BTreeMap::new());

@@ -112,6 +112,13 @@ impl ToCore {
         let (frames, received) = mpsc::channel(QUEUE);
         (Self { frames, bell }, received)
     }
+
+    /// Gives the core loop a frame, once there is room for it. Whether it is still there.
+    pub(crate) async fn send(&self, inbound: Inbound) -> bool {
+        let is_taken = self.frames.send(inbound).await.is_ok();
+        self.bell.ring();
+        is_taken
+    }
 }
 
 /// Binds `address`.

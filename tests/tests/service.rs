@@ -44,7 +44,7 @@ fn a_configuration_is_explained_with_all_that_it_leaves_to_defaults() {
     let text = include_str!("../../config/examples/service.toml");
     let explained = check(text, &["--explain"]);
     for line in [
-        "  - name: can0, link: socketcan:can0, bit_rate_kbit_s: -, socketcand: -",
+        "  - name: can0, link: socketcan:can0, bit_rate_kbit_s: -, socketcand: -, gateway: -",
         "    profile: cia402-servo",
         "      max_speed_rpm: 3000",
         "      - bus: can0, node_id: 1",

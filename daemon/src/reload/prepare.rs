@@ -102,12 +102,12 @@ impl Reloader {
         (names, removed)
     }
 
-    /// The buses that are served by socketcand after the changes.
+    /// The buses that are served by socketcand or a gateway after the changes.
     fn served(&self, changes: &Changes, links: &[LinkId]) -> BTreeMap<String, Bus> {
         let mut served = BTreeMap::new();
         for (position, (bus, link)) in changes.next.buses.iter().zip(links).enumerate() {
             let known = self.served.get(&bus.name).filter(|_| !changes.buses_added.contains(&position));
-            if bus.socketcand.is_some() {
+            if bus.has_clients() {
                 served.insert(bus.name.clone(), known.cloned().unwrap_or_else(|| Bus::new(&bus.name, *link)));
             }
         }

@@ -1,0 +1,147 @@
+//! The server of the ASCII gateway, with a core that the test plays.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::time::{Duration, Instant};
+
+use canopen::ascii::LONGEST_LINE;
+use canopen::{Frame, Id};
+use daemon::alarm::Alarm;
+use daemon::ascii_gateway::{Listener, Listening, serve};
+use daemon::clock::Clock;
+use daemon::core::LinkId;
+use daemon::services;
+use daemon::socketcand::{Bus, Inbound, Passed, ToCore};
+use tokio::sync::mpsc;
+
+const PATIENCE: Duration = Duration::from_secs(30);
+/// Clients at a place.
+const MAX_CLIENTS: usize = 16;
+
+/// A served bus, as net 1, and the core's ends of its ways.
+struct Server {
+    address: SocketAddr,
+    bus: Bus,
+    inbound: mpsc::Receiver<Inbound>,
+    _alarm: Alarm,
+}
+
+impl Server {
+    fn start() -> Self {
+        let alarm = Alarm::new().unwrap();
+        let (to_core, inbound) = ToCore::new(alarm.bell());
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        listener.set_nonblocking(true).unwrap();
+        let address = listener.local_addr().unwrap();
+        let bus = Bus::new("can0", LinkId(0));
+        let listening = Listening { listener: Listener::Tcp(listener), buses: vec![(1, bus.clone())] };
+        services::serve(|| serve(vec![listening], &to_core, Clock::start())).unwrap();
+        Self { address, bus, inbound, _alarm: alarm }
+    }
+
+    fn client(&self) -> Client {
+        let stream = TcpStream::connect(self.address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        Client(BufReader::new(stream))
+    }
+
+    fn pass(&self, id: u16, payload: &[u8]) {
+        let frame = Frame::new(Id::Standard(id), payload);
+        let at = od::Instant::ZERO;
+        // Nobody may be listening any more.
+        let _ = self.bus.frames.send(Passed { at, sender: None, frame });
+    }
+}
+
+struct Client(BufReader<TcpStream>);
+
+impl Client {
+    fn say(&mut self, text: &str) {
+        self.0.get_mut().write_all(text.as_bytes()).unwrap();
+    }
+
+    fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.0.read_line(&mut line).unwrap();
+        line
+    }
+
+    fn ask(&mut self, text: &str) -> String {
+        self.say(text);
+        self.line()
+    }
+
+    /// Whether the server closes the connection, whatever it has said before.
+    fn is_closed(&mut self) -> bool {
+        let mut rest = Vec::new();
+        let read = self.0.read_to_end(&mut rest);
+        read.is_ok() || read.is_err_and(|error| error.kind() == std::io::ErrorKind::ConnectionReset)
+    }
+}
+
+fn until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < PATIENCE, "not yet: {what}");
+        std::thread::yield_now();
+    }
+}
+
+#[test]
+fn lines_end_with_or_without_a_carriage_return_and_may_come_ahead() {
+    let mut server = Server::start();
+    let mut client = server.client();
+    client.say("\r\n# hello\n[1] 5 start\n[2] 6 sta");
+    assert_eq!(client.line(), "[1] OK\r\n");
+    client.say("rt\r\n");
+    assert_eq!(client.line(), "[2] OK\r\n");
+    let sent = [server.inbound.blocking_recv().unwrap(), server.inbound.blocking_recv().unwrap()];
+    assert_eq!(sent.map(|inbound| inbound.frame.to_string()), ["000#0105", "000#0106"]);
+}
+
+#[test]
+fn the_bus_is_listened_to_while_there_are_clients() {
+    let server = Server::start();
+    assert_eq!(server.bus.frames.receiver_count(), 0);
+    let (mut first, second) = (server.client(), server.client());
+    assert_eq!(first.ask("[1] set node 5\n"), "[1] OK\r\n");
+    until("listening", || server.bus.frames.receiver_count() == 1);
+    server.pass(0x705, &[0]);
+    assert_eq!(first.line(), "1 5 BOOT_UP\r\n");
+    drop((first, second));
+    until("left", || server.bus.frames.receiver_count() == 0);
+    let mut third = server.client();
+    assert_eq!(
+        third.ask("[1] start\n"),
+        "[1] ERROR:105 #no default node set\r\n",
+        "what others set is theirs"
+    );
+}
+
+#[test]
+fn one_client_too_many_is_sent_away() {
+    let server = Server::start();
+    let mut clients: Vec<Client> = (0..MAX_CLIENTS).map(|_| server.client()).collect();
+    for client in &mut clients {
+        assert_eq!(client.ask("[1] set node 5\n"), "[1] OK\r\n");
+    }
+    assert!(server.client().is_closed());
+    clients.pop();
+    until("a free place", || {
+        let mut client = server.client();
+        client.0.get_mut().write_all(b"[1] set node 5\n").is_ok() && client.line() == "[1] OK\r\n"
+    });
+}
+
+#[test]
+fn a_line_without_an_end_ends_the_connection() {
+    let server = Server::start();
+    let mut client = server.client();
+    // The server may close before it has taken all of it.
+    let _ = client.0.get_mut().write_all(&vec![b'x'; LONGEST_LINE + 10]);
+    assert!(client.is_closed());
+    let mut long = server.client();
+    let line = format!("[1] 5 w 0x2000 0 hex {}\n", "00".repeat(100));
+    assert_eq!(long.ask("[0] set command_size 100\n"), "[0] OK\r\n");
+    assert_eq!(long.ask(&line), "[0] ERROR:101 #syntax error\r\n");
+}

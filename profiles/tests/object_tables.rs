@@ -115,6 +115,19 @@ fn the_documented_objects_are_those_of_the_profiles() {
     }
 }
 
+#[test]
+fn every_table_is_of_a_profile_or_a_register_list_that_there_is() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/objects");
+    let files =
+        std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap());
+    let mut files: Vec<String> = files.collect();
+    files.sort_unstable();
+    let lists = RegisterList::names().map(|name| format!("registers-{name}.md"));
+    let mut expected: Vec<String> = Profile::names().map(|name| format!("{name}.md")).chain(lists).collect();
+    expected.sort_unstable();
+    assert_eq!(files, expected);
+}
+
 /// Each register list, with the profile and the motor that it is shown for.
 const LISTS: [(&str, &str, &str); 4] = [
     ("mac050-141", "jvl-mac00-fc4", "mac140"),

@@ -80,10 +80,10 @@ fn the_xdd_of_every_profile_has_the_entries_of_its_eds() {
     assert_eq!(log.lines().count(), names.len(), "{log}");
 }
 
-/// A daemon with one servo, on this port.
-fn servo(port: u16, dir: &TempDir) -> Daemon {
+/// A daemon with one drive of this profile, on this port.
+fn drive(profile: &str, port: u16, dir: &TempDir) -> Daemon {
     let socket = dir.path().join("socket").display().to_string();
-    let devices = [("x", "cia402-servo", 5)];
+    let devices = [("x", profile, 5)];
     Daemon::start(&format!("[control]\nsocket = \"{socket}\"\n{}", config(Bus::Socketcand(port), &devices)))
 }
 
@@ -95,7 +95,7 @@ fn ctl(dir: &TempDir, arguments: &[&str]) -> String {
 #[test]
 fn a_device_is_configured_like_another_one_by_its_dcf() {
     let (port, dir) = (free_port(), TempDir::new());
-    let mut first = servo(port, &dir);
+    let mut first = drive("cia402-servo", port, &dir);
     for (object, value) in [
         ("0x1017:00", "250"),
         ("0x1802:01", "0x8000038A"),
@@ -115,7 +115,7 @@ fn a_device_is_configured_like_another_one_by_its_dcf() {
     first.terminate();
     first.wait_until_stopped();
     let port = free_port();
-    let _second = servo(port, &dir);
+    let _second = drive("cia402-servo", port, &dir);
     assert_ne!(ctl(&dir, &["od", "export", "x"]), configuration);
 
     let log = Master::with_file(port, &dir.write("x.dcf", &configuration)).run("configure", &[]);
@@ -131,4 +131,23 @@ fn a_device_is_configured_like_another_one_by_its_dcf() {
     let values = |text: &str, mark: &str| text.matches(mark).count();
     let xml = ctl(&dir, &["od", "export", "x", "--format", "xdc"]);
     assert_eq!(values(&xml, " actualValue=\""), values(&configuration, "\nParameterValue="));
+}
+
+#[test]
+fn the_dcf_of_a_motor_with_registers_is_taken_whole_and_commands_nothing() {
+    for profile in ["jvl-mac00-fc4", "jvl-mis34x"] {
+        let (port, dir) = (free_port(), TempDir::new());
+        let _daemon = drive(profile, port, &dir);
+        let configuration = ctl(&dir, &["od", "export", "x"]);
+        // The mode of the motor is stored with its parameters, and moves it.
+        let mode = configuration.split("\nParameterName=MODE_REG\n").nth(1).expect("it has a mode");
+        assert!(
+            mode.lines().take_while(|line| !line.is_empty()).all(|line| !line.starts_with("ParameterValue"))
+        );
+
+        let log = Master::with_file(port, &dir.write("x.dcf", &configuration)).run("configure", &[]);
+
+        assert_eq!(log, "node 5 has all values of the file\n");
+        assert_eq!(ctl(&dir, &["od", "export", "x"]), configuration, "{profile}");
+    }
 }

@@ -40,7 +40,8 @@ impl Objects<'_> {
 
     async fn configuration(&self) -> Result<Configuration, String> {
         let parameters = self.areas().into_iter().flat_map(Schema::entries);
-        let is_shown = |entry: &Entry| entry.is_parameter() && !entry.is_local;
+        // What commands an axis is no setting, even where a device stores it.
+        let is_shown = |entry: &Entry| entry.is_parameter() && entry.command.is_none() && !entry.is_local;
         let parameters = parameters.filter(|(_, entry)| is_shown(entry)).map(|(address, _)| address);
         let mut values = BTreeMap::new();
         for some in parameters.collect::<Vec<_>>().chunks(BATCH) {

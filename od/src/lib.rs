@@ -26,6 +26,7 @@ mod pdo;
 mod saved;
 mod schema;
 mod sheet;
+mod slot_table;
 mod value;
 pub mod xdd;
 
@@ -41,4 +42,5 @@ pub use pdo::{PdoTraits, Scan};
 pub use saved::{Group, Saved};
 pub use schema::{Schema, SchemaError};
 pub use sheet::{Configuration, DeviceInfo, Sheet};
+pub use slot_table::SlotTable;
 pub use value::Value;

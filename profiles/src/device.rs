@@ -9,10 +9,11 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use axis::{Plant, PlantConfig, Position, Velocity, Voltage};
-use od::{Dictionary, Instant, Slot};
+use od::{Dictionary, Instant, SlotTable};
 
 use crate::cia402::{Fault, Mode, State, Statusword};
 use crate::mac4::Card;
+use crate::register::WrittenRegister;
 use crate::simulated::Simulated;
 use crate::{Binding, Dialect, PlantSetup, Profile, Space};
 
@@ -56,8 +57,8 @@ pub struct AxisStatus {
 pub struct Device {
     profile: Arc<Profile>,
     dictionary: Dictionary,
-    /// What every slot is bound to, sorted.
-    bound: Vec<(Slot, u8, Binding)>,
+    /// What entries are bound to, of which axis.
+    bound: SlotTable<(u8, Binding)>,
     units: Vec<Unit>,
     /// What the axes of a MAC4 card share.
     card: Option<Card>,
@@ -100,12 +101,8 @@ impl Device {
         arrange: impl Fn(u8, &mut PlantConfig),
     ) -> Self {
         let schema = Arc::clone(&profile.application);
-        let mut bound: Vec<_> = profile
-            .bindings
-            .iter()
-            .filter_map(|b| Some((schema.slot(b.address)?, b.axis, b.binding)))
-            .collect();
-        bound.sort_unstable();
+        let bound = profile.bindings.iter();
+        let bound = bound.filter_map(|b| Some((schema.slot(b.address)?, (b.axis, b.binding)))).collect();
         let axes = profile.motor.iter().flat_map(|motor| (0..profile.axes()).map(move |axis| (axis, motor)));
         let unit = |(axis, motor)| {
             let mut drive = Simulated::of(motor, profile.dialect);
@@ -155,24 +152,21 @@ impl Device {
             self.confirm();
         }
         while let Some(slot) = self.dictionary.take_written() {
-            self.profile.registers.normalise(&mut self.dictionary, slot);
-            if self.profile.registers.space_of(slot) == Some(Space::Motor)
+            let register = self.profile.registers.normalise(&mut self.dictionary, slot);
+            if let Some(WrittenRegister { space, role }) = register
                 && let Some(unit) = self.units.first_mut()
             {
-                unit.vendor.note_passed();
+                if space == Space::Motor {
+                    unit.vendor.note_passed();
+                }
+                role.into_iter().for_each(|role| unit.note_register(role, &mut self.dictionary));
             }
-            if let Some(role) = self.profile.registers.role_of(slot)
-                && let Some(unit) = self.units.first_mut()
-            {
-                unit.note_register(role, &mut self.dictionary);
-            }
-            let Ok(position) = self.bound.binary_search_by_key(&slot, |(bound, ..)| *bound) else { continue };
-            let Some((_, axis, binding)) = self.bound.get(position) else { continue };
-            if *binding == Binding::Mac4Card {
+            let Some((axis, binding)) = self.bound.get(slot) else { continue };
+            if binding == Binding::Mac4Card {
                 let address = self.dictionary.schema().address(slot);
                 address.into_iter().for_each(|address| self.note_card(address));
-            } else if let Some(unit) = self.units.get_mut(usize::from(*axis)) {
-                unit.note(slot, *binding);
+            } else if let Some(unit) = self.units.get_mut(usize::from(axis)) {
+                unit.note(slot, binding);
             }
         }
         let mut has_acted = false;

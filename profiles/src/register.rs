@@ -9,5 +9,6 @@ mod list;
 mod role;
 
 pub use file::RegisterFile;
+pub(crate) use file::WrittenRegister;
 pub use list::{Behind, Format, Register, RegisterList, Space};
 pub use role::{Role, UnknownRole};

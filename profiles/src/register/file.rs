@@ -1,6 +1,6 @@
 //! The registers of one axis in its dictionary, by role and by number.
 
-use od::{Dictionary, Schema, Slot};
+use od::{Dictionary, Schema, Slot, SlotTable};
 
 use super::{Format, RegisterList, Role, Space};
 
@@ -8,8 +8,9 @@ use super::{Format, RegisterList, Role, Space};
 /// dictionary, and all devices of a kind share one register file.
 #[derive(Clone, Debug)]
 pub struct RegisterFile {
-    /// In the order of the slots.
     cells: Vec<Cell>,
+    /// Position in `cells` of the register that an entry shows.
+    slots: SlotTable<u16>,
     /// Position in `cells` of each role that the device has.
     roles: [Option<u16>; Role::COUNT],
     /// Position in `cells` of each motor register that an entry shows, by number.
@@ -23,15 +24,30 @@ struct Cell {
     format: Format,
     /// A register of 32 bits that takes two numbers and its high word have each other.
     partner: Option<Slot>,
+    /// A high word has that of the whole register.
     role: Option<Role>,
     space: Space,
     number: u16,
 }
 
+/// A register that a bus has written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct WrittenRegister {
+    /// Whose it is.
+    pub(crate) space: Space,
+    /// Its meaning, if behaviours may ask for it; that of the whole register for a high word.
+    pub(crate) role: Option<Role>,
+}
+
 impl Default for RegisterFile {
     /// The registers of a device that has none.
     fn default() -> Self {
-        Self { cells: Vec::new(), roles: [None; Role::COUNT], numbers: Vec::new() }
+        Self {
+            cells: Vec::new(),
+            slots: SlotTable::default(),
+            roles: [None; Role::COUNT],
+            numbers: Vec::new(),
+        }
     }
 }
 
@@ -40,12 +56,12 @@ impl RegisterFile {
     pub(crate) fn new(schema: &Schema, motor: Option<&RegisterList>, module: Option<&RegisterList>) -> Self {
         let motor_cells = motor.into_iter().flat_map(|list| cells(schema, list, Space::Motor));
         let module_cells = module.into_iter().flat_map(|list| cells(schema, list, Space::Module));
-        let mut cells: Vec<Cell> = motor_cells.chain(module_cells).collect();
-        cells.sort_unstable_by_key(|cell| cell.slot);
+        let cells: Vec<Cell> = motor_cells.chain(module_cells).collect();
         let mut file = Self::default();
         file.numbers.resize(motor.map_or(0, |list| list.registers.len()), None);
         for (position, cell) in (0_u16..).zip(&cells) {
-            if let Some(place) = cell.role.and_then(|role| file.roles.get_mut(role as usize)) {
+            let role = cell.role.filter(|_| cell.format != Format::HighWord);
+            if let Some(place) = role.and_then(|role| file.roles.get_mut(role as usize)) {
                 *place = Some(position);
             }
             if let Some(place) =
@@ -54,6 +70,7 @@ impl RegisterFile {
                 *place = Some(position);
             }
         }
+        file.slots = (0_u16..).zip(&cells).map(|(position, cell)| (cell.slot, position)).collect();
         file.cells = cells;
         file
     }
@@ -97,11 +114,7 @@ impl RegisterFile {
     /// The role of the register at `slot`; that of the whole register for a high word.
     #[must_use]
     pub fn role_of(&self, slot: Slot) -> Option<Role> {
-        let cell = self.by_slot(slot)?;
-        match (cell.format, cell.partner) {
-            (Format::HighWord, Some(whole)) => self.by_slot(whole)?.role,
-            _ => cell.role,
-        }
+        self.by_slot(slot)?.role
     }
 
     /// The role of motor register `number`.
@@ -117,17 +130,11 @@ impl RegisterFile {
         self.by_slot(slot).map(|cell| cell.number)
     }
 
-    /// Whose register is at `slot`, if there is one.
-    #[must_use]
-    pub fn space_of(&self, slot: Slot) -> Option<Space> {
-        self.by_slot(slot).map(|cell| cell.space)
-    }
-
     /// Gives what a bus has just written at `slot` the form that its register has: the low 16 bits of a word, zero for
     /// a reserved number. A high word that was written replaces that of the register before; when both were written
-    /// at once, it does so afterwards.
-    pub fn normalise(&self, dictionary: &mut Dictionary, slot: Slot) {
-        let Some(cell) = self.by_slot(slot) else { return };
+    /// at once, it does so afterwards. Which register it is, if it is one.
+    pub(crate) fn normalise(&self, dictionary: &mut Dictionary, slot: Slot) -> Option<WrittenRegister> {
+        let cell = self.by_slot(slot)?;
         let raw = cell.format.take(dictionary.raw(slot) as u32);
         match (cell.format, cell.partner) {
             (Format::HighWord, Some(whole)) => {
@@ -138,6 +145,7 @@ impl RegisterFile {
             (_, Some(high)) if dictionary.is_written(high) => {}
             _ => show(dictionary, cell, raw),
         }
+        Some(WrittenRegister { space: cell.space, role: cell.role })
     }
 
     /// Makes all high words those of their registers, after these have got their power-on values.
@@ -156,8 +164,7 @@ impl RegisterFile {
     }
 
     fn by_slot(&self, slot: Slot) -> Option<&Cell> {
-        let position = self.cells.binary_search_by_key(&slot, |cell| cell.slot).ok()?;
-        self.cells.get(position)
+        self.cells.get(usize::from(self.slots.get(slot)?))
     }
 }
 
@@ -167,15 +174,16 @@ fn cells<'l>(schema: &'l Schema, list: &'l RegisterList, space: Space) -> impl I
     list.registers.iter().filter_map(move |register| {
         let next = register.number.checked_add(1);
         let has_high = next.and_then(|n| list.get(n)).is_some_and(|high| high.format == Format::HighWord);
-        let partner = match register.format {
-            Format::HighWord => register.number.checked_sub(1),
-            _ => next.filter(|_| has_high),
+        let before = register.number.checked_sub(1);
+        let (partner, role) = match register.format {
+            Format::HighWord => (before, before.and_then(|number| list.get(number)?.role)),
+            _ => (next.filter(|_| has_high), register.role),
         };
         Some(Cell {
             slot: slot_of(register.number)?,
             format: register.format,
             partner: partner.and_then(slot_of),
-            role: register.role,
+            role,
             space,
             number: register.number,
         })

@@ -151,14 +151,13 @@ impl Device {
         if self.dictionary.has_written() {
             self.confirm();
         }
+        let mut passed = 0;
         while let Some(slot) = self.dictionary.take_written() {
             let register = self.profile.registers.normalise(&mut self.dictionary, slot);
             if let Some(WrittenRegister { space, role }) = register
                 && let Some(unit) = self.units.first_mut()
             {
-                if space == Space::Motor {
-                    unit.vendor.note_passed();
-                }
+                passed += u32::from(space == Space::Motor);
                 role.into_iter().for_each(|role| unit.note_register(role, &mut self.dictionary));
             }
             let Some((axis, binding)) = self.bound.get(slot) else { continue };
@@ -168,6 +167,9 @@ impl Device {
             } else if let Some(unit) = self.units.get_mut(usize::from(axis)) {
                 unit.note(slot, binding);
             }
+        }
+        if let Some(unit) = self.units.first_mut().filter(|_| passed > 0) {
+            unit.pass(passed, &mut self.dictionary);
         }
         let mut has_acted = false;
         for unit in &mut self.units {

@@ -155,10 +155,10 @@ impl Vendor {
         }
     }
 
-    /// Notes that a bus has written the register with this role.
-    pub(crate) fn note_register(&mut self, role: Role) {
+    /// Notes that a bus has written the register with this role; whether there is something to do about it now.
+    pub(crate) fn note_register(&mut self, role: Role) -> bool {
         match self {
-            Self::None | Self::Mac4(_) => {}
+            Self::None | Self::Mac4(_) => true,
             Self::Jvl(module) => module.note_register(role),
         }
     }
@@ -247,11 +247,11 @@ impl Vendor {
         }
     }
 
-    /// Notes that a register of the motor is passed on.
-    pub(crate) fn note_passed(&mut self) {
+    /// Passes so many registers on to the motor.
+    pub(crate) fn pass(&mut self, registers: u32, scope: &mut Scope<'_>) {
         match self {
             Self::None | Self::Mac4(_) => {}
-            Self::Jvl(module) => module.note_passed(),
+            Self::Jvl(module) => module.pass(registers, scope),
         }
     }
 

@@ -226,13 +226,16 @@ fn the_module_counts_what_it_passes_on_to_its_motor() {
     assert_eq!(frames(&bench), 0);
     bench.write(&[(V_SOLL, 100), (49, 5)]);
     assert_eq!(frames(&bench), 2, "a register each");
+    // POS1 and KFF3, with which the motor has nothing to do yet.
+    bench.write(&[(51, 5), (89, 1)]);
+    assert_eq!(frames(&bench), 4);
     bench.fastmac(RESET_ERRORS);
     bench.command_module(0x8000_00E1).unwrap();
-    assert_eq!(frames(&bench), 4, "a command each");
+    assert_eq!(frames(&bench), 6, "a command each");
     set_module(&mut bench, 10, 7);
     bench.batch(&[(0x2011, 2, 1)]).unwrap();
     bench.run(100);
-    assert_eq!(frames(&bench), 4, "what is the module's own is no frame");
+    assert_eq!(frames(&bench), 6, "what is the module's own is no frame");
     bench.device.set_overflow(true);
     bench.device.set_overflow(true);
     assert_eq!(module_register(&bench, Role::ModuleDiscarded), 2);

@@ -152,7 +152,9 @@ impl Unit {
 
     /// Notes that a bus has written the register with this role. One that is an object is taken for that.
     pub(super) fn note_register(&mut self, role: Role, dictionary: &mut Dictionary) {
-        self.vendor.note_register(role);
+        if !self.vendor.note_register(role) {
+            return;
+        }
         self.written.vendor = true;
         self.written.factors |= role == Role::SetupBits;
         let Some(binding) = jvl::object_of(role) else { return };
@@ -163,6 +165,12 @@ impl Unit {
             self.slots.show(dictionary, binding, value);
             self.note(slot, binding);
         }
+    }
+
+    /// Lets the module pass so many registers on to its motor.
+    pub(super) fn pass(&mut self, registers: u32, dictionary: &mut Dictionary) {
+        let (vendor, mut scope) = self.scope(dictionary);
+        vendor.pass(registers, &mut scope);
     }
 
     /// The signals at the inputs of the motor are others now.

@@ -95,10 +95,10 @@ impl Module {
         is_command || is_fastmac
     }
 
-    /// Notes that the register with this role was written.
-    pub(crate) fn note_register(&mut self, role: Role) {
+    /// Notes that the register with this role was written; whether there is something to do about it now.
+    pub(crate) fn note_register(&mut self, role: Role) -> bool {
         match &mut self.motor {
-            Registers::Plain => {}
+            Registers::Plain => true,
             Registers::Mac(motor) => motor.note(role),
             Registers::Mis(motor) => motor.note(role),
         }
@@ -112,9 +112,10 @@ impl Module {
         }
     }
 
-    /// Notes that a register of the motor is passed on.
-    pub(crate) fn note_passed(&mut self) {
-        self.traffic.pass();
+    /// Passes so many registers on to the motor.
+    pub(crate) fn pass(&mut self, registers: u32, scope: &mut Scope<'_>) {
+        self.traffic.pass(registers);
+        self.traffic.show(scope);
     }
 
     /// Whether an input is not yet taken for stable.
@@ -168,7 +169,7 @@ impl Module {
         if core::mem::take(&mut self.has_fastmac)
             && let Some(command) = FastMac::from_number(fastmac)
         {
-            self.traffic.pass();
+            self.traffic.pass(1);
             match &mut self.motor {
                 Registers::Plain => {}
                 Registers::Mac(motor) => motor.command(command, scope),
@@ -210,7 +211,7 @@ impl Module {
             }
             Command::SaveMotor => self.store(Space::Motor),
             Command::Motor(number) => {
-                self.traffic.pass();
+                self.traffic.pass(1);
                 match &mut self.motor {
                     Registers::Plain => {}
                     Registers::Mac(motor) => motor.handle_command(number, scope),

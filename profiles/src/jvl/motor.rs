@@ -62,6 +62,8 @@ pub(crate) struct MacMotor {
     has_limits_off: bool,
     /// Samples on end within the in-position window.
     samples_inside: u32,
+    /// Some hardware-input function is in use, as far as anybody has looked.
+    follows_inputs: bool,
     is_homed: bool,
     velocities: Average,
     resistor: BrakeResistor,
@@ -100,6 +102,7 @@ impl MacMotor {
             outputs: Flags::empty(),
             has_limits_off: false,
             samples_inside: 0,
+            follows_inputs: true,
             is_homed: false,
             velocities: Average::default(),
             resistor: BrakeResistor::default(),
@@ -127,11 +130,16 @@ impl MacMotor {
         self.flags.contains(Flags::IN_POSITION)
     }
 
-    /// Notes that a bus has written the register with this role.
-    pub(crate) fn note(&mut self, role: Role) {
+    /// Notes that a bus has written the register with this role; whether there is something to do about it now.
+    /// Registers of groups wait for a command, unless inputs choose among them.
+    pub(crate) fn note(&mut self, role: Role) -> bool {
+        if role.is_in_group() && !self.follows_inputs {
+            return false;
+        }
         if !self.written.contains(&role) {
             self.written.push(role);
         }
+        true
     }
 
     /// Acts on what was written, and on inputs that have changed.

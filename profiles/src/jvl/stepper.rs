@@ -124,11 +124,16 @@ impl MisMotor {
         self.outputs
     }
 
-    /// Notes that a bus has written the register with this role.
-    pub(crate) fn note(&mut self, role: Role) {
+    /// Notes that a bus has written the register with this role; whether there is something to do about it now.
+    /// Registers of groups wait for a command.
+    pub(crate) fn note(&mut self, role: Role) -> bool {
+        if role.is_in_group() {
+            return false;
+        }
         if !self.written.contains(&role) {
             self.written.push(role);
         }
+        true
     }
 
     /// Notes that a bus has written the object that is bound so.

@@ -20,9 +20,9 @@ pub(super) struct Traffic {
 }
 
 impl Traffic {
-    /// A register or a command is passed on.
-    pub(super) fn pass(&mut self) {
-        self.frames = self.frames.wrapping_add(1);
+    /// So many registers or commands are passed on.
+    pub(super) fn pass(&mut self, frames: u32) {
+        self.frames = self.frames.wrapping_add(frames);
     }
 
     /// A PDO was dropped because too many waited for the motor.

@@ -3,6 +3,50 @@
 use super::Role;
 
 impl Role {
+    /// Whether it is a register of a group: one of a set that a command or an input makes the present one.
+    #[must_use]
+    pub const fn is_in_group(self) -> bool {
+        matches!(
+            self,
+            Self::Pos0
+                | Self::Pos1
+                | Self::Pos2
+                | Self::Pos3
+                | Self::Pos4
+                | Self::Pos5
+                | Self::Pos6
+                | Self::Pos7
+                | Self::Vel0
+                | Self::Vel1
+                | Self::Vel2
+                | Self::Vel3
+                | Self::Vel4
+                | Self::Vel5
+                | Self::Vel6
+                | Self::Vel7
+                | Self::Acc0
+                | Self::Acc1
+                | Self::Acc2
+                | Self::Acc3
+                | Self::Tq0
+                | Self::Tq1
+                | Self::Tq2
+                | Self::Tq3
+                | Self::Load0
+                | Self::Load1
+                | Self::Load2
+                | Self::Load3
+                | Self::Zero0
+                | Self::Zero1
+                | Self::Zero2
+                | Self::Zero3
+                | Self::Mode0
+                | Self::Mode1
+                | Self::Mode2
+                | Self::Mode3
+        )
+    }
+
     /// Position registers P1-P8.
     pub const POSITIONS: [Self; 8] =
         [Self::Pos0, Self::Pos1, Self::Pos2, Self::Pos3, Self::Pos4, Self::Pos5, Self::Pos6, Self::Pos7];
@@ -89,4 +133,25 @@ impl Role {
         Self::ModuleWrite6,
         Self::ModuleWrite7,
     ];
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_registers_of_groups_are_those_of_the_seven_sets() {
+        let sets: [&[Role]; 7] = [
+            &Role::POSITIONS,
+            &Role::VELOCITIES,
+            &Role::ACCELERATIONS,
+            &Role::TORQUES,
+            &Role::LOADS,
+            &Role::WINDOWS,
+            &Role::MODES,
+        ];
+        for role in Role::ALL.iter().copied() {
+            assert_eq!(role.is_in_group(), sets.iter().any(|set| set.contains(&role)), "{role}");
+        }
+    }
 }

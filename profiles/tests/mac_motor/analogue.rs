@@ -119,6 +119,22 @@ fn a_hardware_input_function_copies_any_register_to_any_other() {
 }
 
 #[test]
+fn a_register_of_a_group_waits_for_a_command_unless_an_input_copies_it() {
+    let mut bench = Bench::motor("mac800");
+    let asleep = bench.register(V_SOLL);
+    bench.write(&[(65, 300)]);
+    assert_eq!(bench.register(V_SOLL), asleep);
+    // V1 becomes V_SOLL while IN1 is off.
+    bench.write(&[(93, 1 << 8 | 2)]);
+    assert_eq!(bench.register(V_SOLL), 300);
+    bench.write(&[(65, 400)]);
+    assert_eq!(bench.register(V_SOLL), 400, "at once, also while the motor is asleep");
+    bench.write(&[(93, 0)]);
+    bench.write(&[(65, 500)]);
+    assert_eq!(bench.register(V_SOLL), 400);
+}
+
+#[test]
 fn two_distances_by_the_analogue_input_add_up_once_for_each_change() {
     for motor in FAMILIES {
         let mut bench = Bench::motor(motor);

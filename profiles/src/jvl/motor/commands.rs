@@ -99,11 +99,13 @@ impl MacMotor {
 
     /// Lets the hardware-input functions copy, in their order.
     pub(super) fn follow_inputs(&mut self, sample: &mut Sample<'_, '_>) {
+        self.follows_inputs = false;
         for role in Role::INPUT_FUNCTIONS {
             let function = sample.register(role);
             if function == 0 {
                 continue;
             }
+            self.follows_inputs = true;
             match Copy::of(function, sample.inputs()) {
                 Copy::None => {}
                 Copy::FromGroup(Group::Mode, number) => {

@@ -160,9 +160,10 @@ impl Dictionary {
     /// Stores what the gate let through and remembers that it was written, and who commanded what by it.
     pub(crate) fn commit(&mut self, origin: Origin, write: &Write<'_>, is_cyclic: bool) {
         let slot = write.slot;
-        let before = self.raw(slot);
+        let is_command = self.schema.entry(slot).is_some_and(|entry| entry.command.is_some());
+        let before = if is_command { self.raw(slot) } else { 0 };
         self.put(slot, write.data);
-        if self.schema.entry(slot).is_some_and(|entry| entry.command.is_some()) {
+        if is_command {
             if self.commanded.len() == MAX_COMMANDED {
                 self.commanded.pop_front();
             }
@@ -178,10 +179,11 @@ impl Dictionary {
 
     pub(crate) fn put(&mut self, slot: Slot, data: Data<'_>) {
         match data {
+            Data::Raw(raw) => self.set(slot, raw),
             Data::Bytes(bytes) if matches!(self.value(slot), Some(Value::Bytes(_))) => {
                 self.set_bytes(slot, bytes);
             }
-            Data::Bytes(_) | Data::Raw(_) => self.set(slot, data.raw()),
+            Data::Bytes(_) => self.set(slot, data.raw()),
         }
     }
 

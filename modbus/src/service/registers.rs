@@ -3,11 +3,11 @@
 //! A request that reads may cover a part of a value; one that writes covers all of it, because half a value would be
 //! another value for as long as the other half is missing.
 
-use od::{AbortCode, Slot};
+use od::{AbortCode, Dictionary, Slot};
 
 use super::{Outcome, Service};
 use crate::map::{Window, Word};
-use crate::{Dialect, Exception};
+use crate::{Dialect, Exception, Map, Target};
 
 impl<'t> Service<'_, 't> {
     pub(super) fn read_registers(&mut self, start: u16, quantity: u16) -> Outcome {
@@ -71,35 +71,27 @@ impl<'t> Service<'_, 't> {
 
     fn append(&mut self, window: Window<'_>) {
         self.answer.push((2 * window.words.len()) as u8);
+        let first = self.answer.len();
+        self.answer.resize(first + 2 * window.words.len(), 0);
+        let Service { target: Target { map, dictionary, .. }, answer, .. } = self;
+        let (places, _) = answer.get_mut(first..).unwrap_or_default().as_chunks_mut();
         // Neighbours mostly belong to one value.
         let mut last: Option<(Slot, u64)> = None;
-        for word in window.words {
-            let shown = word.map_or(0, |word| {
-                let value = match last {
-                    Some((slot, value)) if slot == word.slot => value,
-                    _ => self.value(word),
-                };
-                last = Some((word.slot, value));
-                self.part(word, value)
-            });
-            self.answer.extend_from_slice(&shown.to_be_bytes());
+        for (place, word) in places.iter_mut().zip(window.words) {
+            let Some(word) = *word else { continue };
+            let value = match last {
+                Some((slot, value)) if slot == word.slot => value,
+                _ => value(dictionary, word),
+            };
+            last = Some((word.slot, value));
+            *place = part(map, word, value).to_be_bytes();
         }
     }
 
     /// What a register shows.
     fn word(&self, word: Option<Word>) -> u16 {
-        word.map_or(0, |word| self.part(word, self.value(word)))
-    }
-
-    /// What the entry of a register holds, sign-extended; zero if it may not be read.
-    fn value(&self, word: Word) -> u64 {
-        let raw = self.target.dictionary.read(word.slot).map_or(0, |(_, value)| value.raw());
-        word.data_type.integer(raw) as u64
-    }
-
-    /// The part of a value that a register holds.
-    fn part(&self, word: Word, value: u64) -> u16 {
-        (value >> (16 * self.target.map.significance(word))) as u16
+        let Target { map, dictionary, .. } = &self.target;
+        word.map_or(0, |word| part(map, word, value(dictionary, word)))
     }
 
     /// Writes all `values` from `start` on, or none.
@@ -131,6 +123,17 @@ impl<'t> Service<'_, 't> {
         }
         self.commit()
     }
+}
+
+/// What the entry of a register holds, sign-extended; zero if it may not be read.
+fn value(dictionary: &Dictionary, word: Word) -> u64 {
+    let raw = dictionary.read(word.slot).map_or(0, |(_, value)| value.raw());
+    word.data_type.integer(raw) as u64
+}
+
+/// The part of a value that a register holds.
+fn part(map: &Map, word: Word, value: u64) -> u16 {
+    (value >> (16 * map.significance(word))) as u16
 }
 
 /// Whether `value`, which has as many bits as the registers of `word`, is one of its type: what the type does not have

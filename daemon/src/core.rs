@@ -236,8 +236,9 @@ impl Core {
     /// When [`Core::handle_timeout`] is to be called next.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let others = [self.resume, self.telling.deadline, self.modbus.deadline, self.audit.deadline];
-        others.into_iter().chain([self.deadlines.first()]).flatten().min()
+        let own = self.deadlines.first();
+        let all = [own, self.resume, self.telling.deadline, self.modbus.deadline, self.audit.deadline];
+        all.into_iter().flatten().min()
     }
 
     /// The next frame to send, and where.

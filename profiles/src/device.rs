@@ -158,7 +158,9 @@ impl Device {
                 && let Some(unit) = self.units.first_mut()
             {
                 passed += u32::from(space == Space::Motor);
-                role.into_iter().for_each(|role| unit.note_register(role, &mut self.dictionary));
+                if let Some(role) = role.filter(|role| unit.vendor.note_register(*role)) {
+                    unit.note_register(role, &mut self.dictionary);
+                }
             }
             let Some((axis, binding)) = self.bound.get(slot) else { continue };
             if binding == Binding::Mac4Card {

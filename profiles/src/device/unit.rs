@@ -150,11 +150,9 @@ impl Unit {
         }
     }
 
-    /// Notes that a bus has written the register with this role. One that is an object is taken for that.
+    /// Notes that a bus has written the register with this role, which the vendor's vocabulary has to do something about.
+    /// One that is an object is taken for that.
     pub(super) fn note_register(&mut self, role: Role, dictionary: &mut Dictionary) {
-        if !self.vendor.note_register(role) {
-            return;
-        }
         self.written.vendor = true;
         self.written.factors |= role == Role::SetupBits;
         let Some(binding) = jvl::object_of(role) else { return };

@@ -6,6 +6,7 @@
 mod errands;
 mod modbus;
 mod reload;
+mod share;
 
 use core::time::Duration;
 use std::io;
@@ -29,11 +30,12 @@ use crate::service_manager::{ServiceManager, Watchdog};
 use crate::socketcand::Inbound;
 use crate::status;
 use crate::storage::{Done, Storage};
-use crate::sys::BATCH;
+use crate::sys::{self, BATCH};
 use crate::wait::{Woken, wait, wake_punctually};
 
 pub(crate) use modbus::Times;
 pub(crate) use reload::Reloads;
+pub(crate) use share::Share;
 
 /// How long the axes may take to ramp down at the end.
 const LONGEST_RAMP: Duration = Duration::from_secs(5);
@@ -77,6 +79,8 @@ pub(crate) struct CoreLoop {
     pub(crate) turns_without_clock: u32,
     pub(crate) times: Times,
     pub(crate) reloads: Reloads,
+    /// What Modbus clients may take of the processor, if the thread keeps it from others.
+    pub(crate) share: Option<Share>,
 }
 
 /// How to sleep.
@@ -110,8 +114,8 @@ impl CoreLoop {
                     self.take(now, 0, outcome, &mut news);
                 }
                 Sleep::Until(time_out) => {
-                    let Woken { links, modbus } =
-                        wait(&self.links, self.modbus.as_ref(), &self.alarm, time_out)?;
+                    let modbus = self.modbus.as_ref().filter(|_| self.rest(now).is_none());
+                    let Woken { links, modbus } = wait(&self.links, modbus, &self.alarm, time_out)?;
                     now = self.clock.now();
                     self.times.wake(now, has_backlog);
                     for position in links {
@@ -126,7 +130,7 @@ impl CoreLoop {
             self.note_answers(now);
             self.do_what_is_due(now);
             now = self.serve_modbus(now, &mut news);
-            has_backlog |= self.modbus.as_ref().is_some_and(Sockets::has_ready);
+            has_backlog |= self.may_serve_modbus(now);
             has_backlog |= self.carry_out_errands(now);
             self.serve_storage(now);
             has_backlog |= end.is_none() && self.reload(now);
@@ -142,6 +146,12 @@ impl CoreLoop {
                 return Ok(());
             }
         }
+    }
+
+    /// Leaves others some of the processor if the calling thread, which is to run the loop, has real-time priority.
+    pub(crate) fn share_processor(&mut self) {
+        let share = Share::new(self.clock.now(), Clock::of_thread());
+        self.share = Some(share).filter(|_| sys::has_real_time_priority());
     }
 
     /// Lets the axes ramp down, once; when to leave, as far as that is known.
@@ -182,8 +192,8 @@ impl CoreLoop {
         let interfaces = self.links.iter().filter_map(|link| link.interface.as_ref());
         let modbus = self.modbus.as_ref().and_then(Sockets::poll_timeout);
         let reload = self.reloads.deadline().filter(|deadline| *deadline > now);
-        let deadlines =
-            interfaces.map(SocketCan::poll_timeout).chain([self.core.poll_timeout(), end, modbus, reload]);
+        let own = [self.core.poll_timeout(), end, modbus, reload, self.rest(now)];
+        let deadlines = interfaces.map(SocketCan::poll_timeout).chain(own);
         let deadline = deadlines.flatten().min();
         let watchdog = self.manager.watchdog();
         let is_far = |deadline: Instant| deadline > now + LONGEST_BLOCK + MARGIN;

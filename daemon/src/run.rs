@@ -95,6 +95,7 @@ fn run(
     }
     // Threads from before have no part in it.
     realtime::apply(&wanted);
+    core_loop.share_processor();
     let outcome = core_loop.run(|| {
         announce(introduction);
         // Without a file there is nobody.
@@ -170,6 +171,7 @@ fn start(
         turns_without_clock: 0,
         times: if has_metrics { Times::default().with_turns() } else { Times::default() },
         reloads: Reloads::new(None),
+        share: None,
     };
     Ok((core_loop, around))
 }

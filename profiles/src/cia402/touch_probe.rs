@@ -174,7 +174,9 @@ impl TouchProbe {
             for (caught, bindings) in [(probe.positive, objects.positive), (probe.negative, objects.negative)]
             {
                 let [position, counter] = bindings;
-                slots.show(dictionary, position, shown(caught.position));
+                if slots.get(position).is_some() {
+                    slots.show(dictionary, position, shown(caught.position));
+                }
                 slots.show(dictionary, counter, i64::from(caught.count));
             }
         }

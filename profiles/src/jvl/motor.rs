@@ -145,9 +145,9 @@ impl MacMotor {
     /// Acts on what was written, and on inputs that have changed.
     pub(crate) fn act(&mut self, scope: &mut Scope<'_>) {
         let sample = &mut self.sample(scope);
-        for role in core::mem::take(&mut self.written) {
-            self.handle_written(role, sample);
-        }
+        let mut written = core::mem::take(&mut self.written);
+        written.drain(..).for_each(|role| self.handle_written(role, sample));
+        self.written = written;
         self.follow_inputs(sample);
         self.run(sample);
     }

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::{
-    AbortCode, Address, Commanded, Data, DataType, Entry, Origin, Owner, Saved, Schema, Value, Write, value,
+    AbortCode, Address, Commanded, Data, DataType, Entry, Origin, Owner, RefusedCommand, Saved, Schema,
+    Value, Write, value,
 };
 
 /// Where an entry of a particular dictionary is kept: the fast way to it.
@@ -25,6 +26,8 @@ impl Slot {
 pub(crate) const MAX_AXES: usize = 8;
 /// Commands that may wait to be taken note of; older ones are forgotten.
 const MAX_COMMANDED: usize = 64;
+/// The same for commands that were refused. A batch has one at most.
+const MAX_REFUSED: usize = 8;
 
 /// The object dictionary of one device.
 #[derive(Clone, Debug)]
@@ -38,6 +41,7 @@ pub struct Dictionary {
     revision: u64,
     pub(crate) owners: [Option<Owner>; MAX_AXES],
     commanded: VecDeque<Commanded>,
+    refused: VecDeque<RefusedCommand>,
 }
 
 impl Dictionary {
@@ -49,7 +53,8 @@ impl Dictionary {
         let is_written = vec![false; values.len()];
         let (saved, owners) = (Saved::default(), [None; MAX_AXES]);
         let commanded = VecDeque::with_capacity(MAX_COMMANDED);
-        Self { schema, node_id, values, saved, written, is_written, revision: 0, owners, commanded }
+        let refused = VecDeque::with_capacity(MAX_REFUSED);
+        Self { schema, node_id, values, saved, written, is_written, revision: 0, owners, commanded, refused }
     }
 
     /// The objects this dictionary has.
@@ -160,7 +165,7 @@ impl Dictionary {
     /// Stores what the gate let through and remembers that it was written, and who commanded what by it.
     pub(crate) fn commit(&mut self, origin: Origin, write: &Write<'_>, is_cyclic: bool) {
         let slot = write.slot;
-        let is_command = self.schema.entry(slot).is_some_and(|entry| entry.command.is_some());
+        let is_command = self.is_command(slot);
         let before = if is_command { self.raw(slot) } else { 0 };
         self.put(slot, write.data);
         if is_command {
@@ -217,6 +222,23 @@ impl Dictionary {
     /// The next command, in the order of writing.
     pub fn take_commanded(&mut self) -> Option<Commanded> {
         self.commanded.pop_front()
+    }
+
+    /// The next command that was refused, in the order of writing. Those of cyclic data are not among them.
+    pub fn take_refused(&mut self) -> Option<RefusedCommand> {
+        self.refused.pop_front()
+    }
+
+    pub(crate) fn note_refused(&mut self, refused: RefusedCommand) {
+        if self.refused.len() == MAX_REFUSED {
+            self.refused.pop_front();
+        }
+        self.refused.push_back(refused);
+    }
+
+    /// Whether the entry at `slot` commands an axis.
+    pub(crate) fn is_command(&self, slot: Slot) -> bool {
+        self.schema.entry(slot).is_some_and(|entry| entry.command.is_some())
     }
 
     /// Makes `owner` the one who alone may write the entries that command `axis`; `None` for everybody.

@@ -48,6 +48,19 @@ pub struct Commanded {
     pub is_cyclic: bool,
 }
 
+/// A command that the gate refused, and with it the batch that it came in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RefusedCommand {
+    /// Who.
+    pub origin: Origin,
+    /// The entry that was refused.
+    pub slot: Slot,
+    /// What it was to hold.
+    pub raw: u64,
+    /// Why.
+    pub code: AbortCode,
+}
+
 /// The kinds of bus an access may come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Bus {
@@ -114,7 +127,17 @@ impl Dictionary {
 
     fn pass(&mut self, origin: Origin, batch: &[Write<'_>], is_cyclic: bool) -> Result<(), Refusal> {
         for (item, write) in batch.iter().enumerate() {
-            self.check(origin, write).map_err(|code| Refusal { item, code })?;
+            if let Err(code) = self.check(origin, write) {
+                if !is_cyclic && batch.iter().any(|write| self.is_command(write.slot)) {
+                    self.note_refused(RefusedCommand {
+                        origin,
+                        slot: write.slot,
+                        raw: write.data.raw(),
+                        code,
+                    });
+                }
+                return Err(Refusal { item, code });
+            }
         }
         for write in batch {
             self.commit(origin, write, is_cyclic);

@@ -35,7 +35,7 @@ pub use address::Address;
 pub use data_type::DataType;
 pub use dictionary::{Dictionary, Slot};
 pub use entry::{Access, Entry, Initial, Mappable, Object, ObjectKind, Range, Veto};
-pub use gate::{Bus, Commanded, Data, Origin, Owner, Refusal, Write};
+pub use gate::{Bus, Commanded, Data, Origin, Owner, Refusal, RefusedCommand, Write};
 pub use instant::Instant;
 pub use mapping::{Direction, Field, Mapping};
 pub use pdo::{PdoTraits, Scan};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use od::{
     AbortCode, Access, Address, Bus, Commanded, Data, DataType, Dictionary, Entry, Mappable, Object, Origin,
-    Owner, Range, Refusal, Schema, Slot, Value, Write,
+    Owner, Range, Refusal, RefusedCommand, Schema, Slot, Value, Write,
 };
 
 const CAN: Origin = Origin { bus: Bus::CanOpen, link: 0, client: 0 };
@@ -168,6 +168,32 @@ fn who_commands_what_and_whether_it_is_something_else_is_remembered() {
         write(&mut dictionary, 0x2005, &[value, 0]).unwrap();
     }
     assert_eq!(dictionary.take_commanded().unwrap().raw, 192, "the last 64");
+}
+
+#[test]
+fn a_batch_with_a_command_that_is_refused_is_remembered_unless_it_is_cyclic() {
+    let mut dictionary = dictionary();
+    dictionary.set_owner(0, Some(Owner { bus: Bus::Modbus, link: None }));
+    let (command, parameter) = (slot(&dictionary, 0x2005), slot(&dictionary, 0x2000));
+    assert_eq!(write(&mut dictionary, 0x2005, &[7, 0]), Err(AbortCode::DeviceState));
+    let code = AbortCode::DeviceState;
+    let refused = RefusedCommand { origin: CAN, slot: command, raw: 7, code };
+    assert_eq!(dictionary.take_refused(), Some(refused));
+    // The item that is refused need not be the command.
+    let batch = |bytes| {
+        let item = |slot, bytes| Write { slot, data: Data::Bytes(bytes) };
+        [item(parameter, bytes), item(command, &[1, 0])]
+    };
+    let _ = dictionary.write(CAN, &batch(&[1]));
+    let refused = RefusedCommand { origin: CAN, slot: parameter, raw: 1, code: AbortCode::TooShort };
+    assert_eq!(dictionary.take_refused(), Some(refused));
+    let _ = dictionary.write_cyclic(CAN, &[Write { slot: command, data: Data::Raw(2) }]);
+    assert_eq!(write(&mut dictionary, 0x2000, &[1]), Err(AbortCode::TooShort));
+    assert_eq!(dictionary.take_refused(), None, "cyclic, or no command");
+    for value in 0..=255 {
+        let _ = write(&mut dictionary, 0x2005, &[value, 0]);
+    }
+    assert_eq!(dictionary.take_refused().unwrap().raw, 248, "the last eight");
 }
 
 #[test]

@@ -31,6 +31,7 @@ mod master;
 mod monitor;
 mod nmt;
 mod node;
+mod orders;
 mod pdo;
 mod recent;
 mod router;
@@ -49,6 +50,7 @@ pub use master::{BootStatus, DcfEntry, DcfError, Loss, Master, MasterEvent, deco
 pub use monitor::{Message, Monitor, Pdo, SdoMessage, SdoStep};
 pub use nmt::{NmtCommand, NmtState};
 pub use node::{Abort, BusState, Cause, Counters, Diagnostics, Event, Node, NodeError, Order, Traffic};
+pub use orders::NetworkOrder;
 pub use recent::Recent;
 pub use router::Router;
 pub use sdo::{SdoClient, SdoError, SdoEvent, SdoMode};

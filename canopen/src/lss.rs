@@ -123,6 +123,11 @@ impl Slave {
         self.pending
     }
 
+    /// Whether it is in the state in which it takes a configuration.
+    pub(crate) fn is_selected(&self) -> bool {
+        self.mode == Mode::Configuration
+    }
+
     /// Takes a message of the master to a node with this Node-ID and address.
     pub(crate) fn handle(&mut self, message: [u8; 8], node_id: u8, address: &LssAddress) -> Reaction {
         let [specifier, first, second, ..] = message;

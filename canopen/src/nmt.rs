@@ -61,15 +61,19 @@ impl NmtCommand {
     #[must_use]
     pub fn decode(payload: &[u8], node_id: u8) -> Option<Self> {
         let [specifier, address] = *payload else { return None };
-        let command = match specifier {
-            0x01 => Self::Start,
-            0x02 => Self::Stop,
-            0x80 => Self::EnterPreOperational,
-            0x81 => Self::ResetNode,
-            0x82 => Self::ResetCommunication,
-            _ => return None,
-        };
-        (address == 0 || address == node_id).then_some(command)
+        Self::of(specifier).filter(|_| address == 0 || address == node_id)
+    }
+
+    /// The command with this specifier.
+    pub(crate) const fn of(specifier: u8) -> Option<Self> {
+        match specifier {
+            0x01 => Some(Self::Start),
+            0x02 => Some(Self::Stop),
+            0x80 => Some(Self::EnterPreOperational),
+            0x81 => Some(Self::ResetNode),
+            0x82 => Some(Self::ResetCommunication),
+            _ => None,
+        }
     }
 }
 

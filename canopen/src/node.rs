@@ -29,7 +29,7 @@ use crate::lss::{LssSetting, Slave, UNCONFIGURED};
 use crate::pdo::{Occasion, Pace, Pdos, Tpdo};
 use crate::sdo::Connections;
 use crate::sync::Sync;
-use crate::{Emergency, Frame, Id, NmtState, TimeOfDay};
+use crate::{Emergency, Frame, Id, NetworkOrder, NmtCommand, NmtState, TimeOfDay};
 use services::Service;
 use storage::Storage;
 
@@ -231,6 +231,24 @@ impl Node {
     /// Powers on: sends the boot-up message and enters PRE-OPERATIONAL, if it has a Node-ID.
     pub fn start(&mut self, now: Instant, application: &Dictionary) {
         self.boot(now, application.schema());
+    }
+
+    /// Whether an order changes anything here: an NMT command that leads to another state or resets, an LSS configuration
+    /// while this node is selected.
+    #[must_use]
+    pub fn will_obey(&self, order: NetworkOrder) -> bool {
+        match order {
+            NetworkOrder::Nmt { node_id, .. } if node_id != 0 && node_id != self.node_id => false,
+            NetworkOrder::Nmt { command, .. } => match command {
+                NmtCommand::Start => self.state != NmtState::Operational,
+                NmtCommand::Stop => self.state != NmtState::Stopped,
+                NmtCommand::EnterPreOperational => self.state != NmtState::PreOperational,
+                NmtCommand::ResetNode | NmtCommand::ResetCommunication => true,
+            },
+            NetworkOrder::LssNodeId(_) | NetworkOrder::LssBitTiming { .. } | NetworkOrder::LssStore => {
+                self.lss.is_selected()
+            }
+        }
     }
 
     /// Takes one frame from the bus. Frames that nobody subscribed to are ignored.

@@ -6,6 +6,7 @@
 
 mod files;
 mod line;
+mod words;
 
 use core::time::Duration;
 use std::collections::VecDeque;
@@ -80,7 +81,7 @@ impl Trail {
     /// Takes an entry and does not wait for anything.
     pub fn submit(&mut self, entry: AuditEntry) {
         self.pay();
-        if !self.owed.is_empty() || self.put(Told::Entry(entry)).is_err() {
+        if !self.owed.is_empty() || self.put(Told::Entry(entry)).is_some() {
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -108,18 +109,18 @@ impl Trail {
 
     fn pay(&mut self) {
         while let Some(told) = self.owed.pop_front() {
-            if let Err(told) = self.put(told) {
+            if let Some(told) = self.put(told) {
                 return self.owed.push_front(told);
             }
         }
     }
 
     /// Passes it on; gives it back if there is no room.
-    fn put(&self, told: Told) -> Result<(), Told> {
-        let Some(entries) = &self.entries else { return Ok(()) };
-        entries.try_send(told).map_err(|refused| match refused {
-            TrySendError::Full(told) | TrySendError::Disconnected(told) => told,
-        })
+    fn put(&self, told: Told) -> Option<Told> {
+        match self.entries.as_ref()?.try_send(told) {
+            Ok(()) => None,
+            Err(TrySendError::Full(told) | TrySendError::Disconnected(told)) => Some(told),
+        }
     }
 
     /// Counts entries that were lost on their way here, of which there were so many since the start.

@@ -44,7 +44,7 @@ use time::Telling;
 use unit::Member;
 
 pub use access::{Authority, LOCAL, WriteRefused};
-pub use audit::{AuditEntry, What};
+pub use audit::{Again, AuditEntry, Item, What};
 pub use modbus::{
     Admission, ClientId, ClientStatus, ListenerCounters, ListenerPlan, ModbusPlan, Refused, WhenFull,
     identification, map,
@@ -98,11 +98,22 @@ struct Hearer {
     position: usize,
 }
 
+/// Who has sent a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sender {
+    /// Somebody on the bus.
+    Bus,
+    /// An operator on this machine.
+    Operator,
+    /// One of our nodes.
+    Member(u16),
+}
+
 /// A frame on its way to our nodes.
 #[derive(Debug)]
 struct Passing {
     link: LinkId,
-    sender: Option<u16>,
+    sender: Sender,
     frame: Frame,
 }
 
@@ -217,7 +228,14 @@ impl Core {
 
     /// Takes a frame that came in on `link`.
     pub fn handle_frame(&mut self, now: Instant, link: LinkId, frame: &Frame) {
-        let passing = Passing { link, sender: None, frame: *frame };
+        let passing = Passing { link, sender: Sender::Bus, frame: *frame };
+        put_on_wire(&mut self.wire, &mut self.dropped_on_wire, passing);
+        self.pass(now);
+    }
+
+    /// Takes a frame that an operator on this machine has sent on `link`.
+    pub fn handle_own_frame(&mut self, now: Instant, link: LinkId, frame: &Frame) {
+        let passing = Passing { link, sender: Sender::Operator, frame: *frame };
         put_on_wire(&mut self.wire, &mut self.dropped_on_wire, passing);
         self.pass(now);
     }
@@ -294,6 +312,7 @@ impl Core {
         let mut hearers = core::mem::take(&mut self.hearers);
         hearers.clear();
         hearers.extend(others(&self.routers, passing.link, passing.frame.id, passing.sender));
+        self.note_network(now, passing, &hearers);
         for hearer in &hearers {
             self.hear(now, usize::from(*hearer), &passing.frame);
         }
@@ -444,7 +463,7 @@ impl Core {
         let Self { units, routers, outbox, wire, dropped_on_wire, .. } = self;
         for Member { node, number, link, .. } in units.get_mut(unit).into_iter().flat_map(|u| &mut u.members)
         {
-            let (link, sender) = (*link, Some(*number));
+            let (link, sender) = (*link, Sender::Member(*number));
             while let Some(frame) = node.poll_transmit() {
                 outbox.push_back((link, frame));
                 if others(routers, link, frame.id, sender).next().is_some() {
@@ -466,7 +485,7 @@ fn put_on_wire(wire: &mut VecDeque<Passing>, dropped: &mut [u64], passing: Passi
 }
 
 /// The nodes on `link` beside the sender that hear `id`.
-fn others(routers: &[Router], link: LinkId, id: Id, sender: Option<u16>) -> impl Iterator<Item = u16> {
+fn others(routers: &[Router], link: LinkId, id: Id, sender: Sender) -> impl Iterator<Item = u16> {
     let receivers = routers.get(usize::from(link.0)).map_or(&[][..], |router| router.receivers(id));
-    receivers.iter().copied().filter(move |receiver| Some(*receiver) != sender)
+    receivers.iter().copied().filter(move |receiver| Sender::Member(*receiver) != sender)
 }

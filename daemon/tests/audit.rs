@@ -5,9 +5,12 @@ mod common;
 use std::sync::Arc;
 use std::time::Duration;
 
-use common::Bench;
-use daemon::core::{AuditEntry, LinkId, What, Who};
-use profiles::Profile;
+use canopen::{NetworkOrder, NmtCommand};
+use common::{Bench, LINK};
+use daemon::core::{Again, AuditEntry, Item, LinkId, What, Who};
+use daemon::motion::Goal;
+use od::{AbortCode, Address, Bus, Owner};
+use profiles::{PlantFault, Profile, Repair};
 
 fn bench(profile: &str) -> Bench {
     let profile = Arc::new(Profile::embedded(profile, None).unwrap().unwrap());
@@ -16,10 +19,23 @@ fn bench(profile: &str) -> Bench {
     bench
 }
 
-/// What is to be kept since the last time: device, object, value and kind.
-fn kept(bench: &mut Bench) -> Vec<(usize, String, i128, What)> {
-    let entries = std::iter::from_fn(|| bench.core.poll_audit());
-    entries.map(|e| (e.device, e.address.to_string(), e.value, e.what)).collect()
+/// What is to be kept since the last time.
+fn entries(bench: &mut Bench) -> Vec<AuditEntry> {
+    std::iter::from_fn(|| bench.core.poll_audit()).collect()
+}
+
+/// The same: what it is, of which device, and how often.
+fn kept(bench: &mut Bench) -> Vec<(Option<usize>, What, Option<Again>)> {
+    entries(bench).into_iter().map(|entry| (entry.device, entry.what, entry.again)).collect()
+}
+
+/// An entry written by `node_id`.
+fn item(node_id: u8, index: u16, sub: u8, value: i128) -> Item {
+    Item { node_id: Some(node_id), address: Address::new(index, sub), value }
+}
+
+fn again(times: u64, lasted: Duration) -> Option<Again> {
+    Some(Again { times, lasted })
 }
 
 #[test]
@@ -30,33 +46,163 @@ fn every_acyclic_command_is_kept_even_one_that_changes_nothing() {
     bench.write(2, 0x607A, 0, &(-5_i32).to_le_bytes());
     bench.write(1, 0x6065, 0, &[9, 0, 0, 0]);
     bench.send("601#2B40600007000000");
-    let entries: Vec<AuditEntry> = std::iter::from_fn(|| bench.core.poll_audit()).collect();
-    let told: Vec<_> = entries.iter().map(|e| (e.device, e.address.to_string(), e.value)).collect();
-    let controlword = || "0x6040:00".to_owned();
+    let entries = entries(&mut bench);
     let expected = [
-        (0, controlword(), 6),
-        (0, controlword(), 6),
-        (1, "0x607A:00".to_owned(), -5),
-        (0, controlword(), 7),
+        (Some(0), What::Write(item(1, 0x6040, 0, 6))),
+        (Some(0), What::Write(item(1, 0x6040, 0, 6))),
+        (Some(1), What::Write(item(2, 0x607A, 0, -5))),
+        (Some(0), What::Write(item(1, 0x6040, 0, 7))),
     ];
+    let told: Vec<_> = entries.iter().map(|e| (e.device, e.what)).collect();
     assert_eq!(told, expected, "0x6065 moves nothing");
-    assert!(entries.iter().all(|e| e.what == What::Write && e.who == Who::CanOpen(LinkId(0))));
-    assert_eq!(entries.iter().map(|e| e.node_id).collect::<Vec<_>>(), [Some(1), Some(1), Some(2), Some(1)]);
-    assert!(entries.iter().all(|e| e.at == bench.now));
+    assert!(entries.iter().all(|e| e.who == Who::CanOpen(LinkId(0)) && e.at == bench.now));
 }
 
 #[test]
-fn a_command_that_is_refused_is_not_kept() {
+fn a_command_that_is_refused_is_kept_with_its_reason_and_a_flood_of_them_is_two_entries() {
     let mut bench = bench("cia402-servo");
-    bench.send("601#2F60600005000000");
-    bench.send("601#2B40600106000000");
+    bench.core.claim(bench.now, 0, 0, Owner { bus: Bus::Modbus, link: None }).unwrap();
+    entries(&mut bench);
+    let began = bench.now;
+    for value in 0..100_u8 {
+        let answers = bench.send(&format!("601#2B406000{value:02X}000000"));
+        assert_eq!(answers, ["581#8040600022000008"]);
+        bench.run(Duration::from_millis(10));
+    }
+    // No such mode, whoever asks; 0x6065 moves nothing, and 0x1017 is none of the drive.
+    bench.send("602#2F60600063000000");
+    bench.send("602#23656000FFFFFFFF");
+    bench.send("602#2F17100001000000");
+    let refused = |value| What::Refused(item(1, 0x6040, 0, value), AbortCode::DeviceState);
+    let no_mode = What::Refused(item(2, 0x6060, 0, 99), AbortCode::InvalidValue);
+    assert_eq!(kept(&mut bench), [(Some(0), refused(0), None), (Some(1), no_mode, None)]);
+    let lasted = bench.now.saturating_since(began) - Duration::from_millis(10);
+    bench.run(Duration::from_millis(980));
+    assert_eq!(kept(&mut bench), [], "it may still go on");
+    bench.run(Duration::from_secs(10));
+    assert_eq!(kept(&mut bench), [(Some(0), refused(99), again(99, lasted))], "the other came once");
+}
+
+#[test]
+fn a_flood_of_refused_commands_is_told_each_minute() {
+    let mut bench = bench("cia402-servo");
+    for _ in 0..3700 {
+        bench.send("601#2F60600063000000");
+        bench.run(Duration::from_millis(50));
+    }
+    let told = kept(&mut bench);
+    assert_eq!(told.len(), 7, "185 seconds are three minutes and a rest: {told:?}");
+    let times: u64 = told.iter().map(|(_, _, again)| again.map_or(1, |again| again.times)).sum();
+    bench.run(Duration::from_secs(2));
+    let rest = kept(&mut bench)[0].2.map_or(0, |again| again.times);
+    assert_eq!(times + rest, 3700);
+}
+
+#[test]
+fn refused_commands_of_very_many_kinds_cost_entries() {
+    const MOST: usize = 64;
+    // Four axes on each of two cards.
+    let mut bench = bench("maccon-mac4-inc");
+    let owner = Some(Owner { bus: Bus::Modbus, link: None });
+    (0..2).for_each(|device| bench.core.set_owner(device, owner));
+    bench.run(Duration::from_secs(2));
+    entries(&mut bench);
+    // Kinds differ by device, entry and reason, not by value.
+    let schema = Arc::clone(&bench.core.profile(0).unwrap().application);
+    let commands = schema.entries().filter(|(_, entry)| entry.command.is_some() && !entry.is_local);
+    let commands: Vec<Address> = commands.map(|(address, _)| address).collect();
+    for (node, Address { index, sub }) in (1..=2).flat_map(|node| commands.iter().map(move |c| (node, *c))) {
+        let [low, high] = index.to_le_bytes();
+        for value in ["00000000", "01000000"] {
+            // Without a length: as many bytes as the entry has.
+            bench.send(&format!("{:03X}#22{low:02X}{high:02X}{sub:02X}{value}", 0x600 + node));
+        }
+    }
+    let kinds = 2 * commands.len();
+    assert!(kinds > MOST, "{kinds}");
+    assert_eq!(kept(&mut bench).len(), MOST);
+    // Each was refused twice; those that found no room are lost both times.
+    assert_eq!(bench.core.lost_audit(), 2 * (kinds - MOST) as u64);
+    bench.run(Duration::from_secs(2));
+    assert_eq!(kept(&mut bench).len(), MOST, "how often more");
+    bench.send("601#2F60600063000000");
+    assert_eq!(kept(&mut bench).len(), 1, "there is room again");
+}
+
+#[test]
+fn nmt_commands_that_change_a_node_are_kept() {
+    let mut bench = bench("cia402-servo");
+    let nmt = |command, node_id| What::Network(LINK, NetworkOrder::Nmt { command, node_id });
+    bench.send("000#0102");
+    // It is OPERATIONAL; there is no node 9; no command.
+    for nothing in ["000#0102", "000#0109", "000#0302", "000#01"] {
+        bench.send(nothing);
+    }
+    bench.send("000#8000");
+    bench.send("000#8100");
+    let told = entries(&mut bench);
+    assert!(told.iter().all(|entry| entry.who == Who::CanOpen(LINK)));
+    let told: Vec<_> = told.iter().map(|entry| (entry.device, entry.what)).collect();
+    let expected = [
+        (Some(1), nmt(NmtCommand::Start, 2)),
+        (Some(1), nmt(NmtCommand::EnterPreOperational, 0)),
+        (None, nmt(NmtCommand::ResetNode, 0)),
+    ];
+    assert_eq!(told, expected, "node 1 was PRE-OPERATIONAL, and both are reset");
+}
+
+#[test]
+fn what_lss_configures_is_kept_and_what_it_asks_is_not() {
+    let mut bench = bench("cia402-servo");
+    // Nobody is selected.
+    bench.send("7E5#1107000000000000");
+    bench.send("7E5#0401000000000000");
+    bench.send("7E5#5E00000000000000");
     assert_eq!(kept(&mut bench), []);
+    bench.send("7E5#1107000000000000");
+    bench.send("7E5#1300020000000000");
+    bench.send("7E5#1700000000000000");
+    let lss = |order| (None, What::Network(LINK, order), None);
+    let timing = NetworkOrder::LssBitTiming { table: 0, entry: 2 };
+    let expected = [lss(NetworkOrder::LssNodeId(7)), lss(timing), lss(NetworkOrder::LssStore)];
+    assert_eq!(kept(&mut bench), expected, "both nodes are selected");
+}
+
+#[test]
+fn what_an_operator_orders_is_kept_whatever_comes_of_it() {
+    let mut bench = bench("cia402-servo");
+    let now = bench.now;
+    let axis = 0;
+    let fault: PlantFault = "supply-dip:40".parse().unwrap();
+    let owner = Owner { bus: Bus::Modbus, link: None };
+    bench.core.inject(now, 1, axis, fault).unwrap();
+    bench.core.repair(now, 1, axis, Repair::All).unwrap();
+    bench.core.claim(now, 1, axis, owner).unwrap();
+    bench.core.release(now, 1, axis).unwrap();
+    bench.core.note_motion(now, 1, axis, Goal::Stop);
+    // Nobody here listens to it.
+    bench.core.handle_own_frame(now, LINK, &common::parse("000#0163"));
+    assert!(bench.core.inject(now, 1, 7, fault).is_err() && bench.core.claim(now, 9, 0, owner).is_err());
+    let told = entries(&mut bench);
+    assert!(told.iter().all(|entry| entry.who == Who::Local));
+    let told: Vec<_> = told.iter().map(|entry| (entry.device, entry.what)).collect();
+    let start = NetworkOrder::Nmt { command: NmtCommand::Start, node_id: 99 };
+    let expected = [
+        (Some(1), What::Inject(axis, fault)),
+        (Some(1), What::Repair(axis, Repair::All)),
+        (Some(1), What::Claim(axis, owner)),
+        (Some(1), What::Release(axis, None)),
+        (Some(1), What::Motion(axis, Goal::Stop)),
+        (None, What::Network(LINK, start)),
+    ];
+    assert_eq!(told, expected);
 }
 
 #[test]
 fn of_cyclic_data_changes_of_the_controlword_and_the_ends_of_a_stream_are_kept() {
     let mut bench = bench("cia402-servo");
     bench.send("000#0100");
+    entries(&mut bench);
     let began = bench.now;
     // RPDO 3 is controlword and target position.
     for target in 0..100_u8 {
@@ -64,43 +210,46 @@ fn of_cyclic_data_changes_of_the_controlword_and_the_ends_of_a_stream_are_kept()
         bench.run(Duration::from_millis(10));
     }
     bench.send("401#070063000000");
-    let position = || "0x607A:00".to_owned();
-    let controlword = || "0x6040:00".to_owned();
+    let position = |value| item(1, 0x607A, 0, value);
+    let controlword = |value| item(1, 0x6040, 0, value);
     assert_eq!(
         kept(&mut bench),
         [
-            (0, controlword(), 6, What::Change),
-            (0, position(), 0, What::StreamStart),
-            (0, controlword(), 7, What::Change),
+            (Some(0), What::Change(controlword(6)), None),
+            (Some(0), What::StreamStart(position(0)), None),
+            (Some(0), What::Change(controlword(7)), None),
         ]
     );
     let lasted = bench.now.saturating_since(began);
     bench.run(Duration::from_millis(990));
     assert_eq!(kept(&mut bench), [], "it may still go on");
     bench.run(Duration::from_millis(20));
-    let end = What::StreamEnd { set_points: 101, lasted };
-    assert_eq!(kept(&mut bench), [(0, position(), 99, end)]);
+    assert_eq!(kept(&mut bench), [(Some(0), What::StreamEnd(position(99)), again(101, lasted))]);
     bench.run(Duration::from_secs(10));
     assert_eq!(kept(&mut bench), []);
 }
 
 #[test]
-fn streams_to_several_devices_end_each_for_itself() {
+fn streams_to_several_devices_end_each_for_itself_however_long_they_last() {
     let mut bench = bench("cia402-servo");
     bench.send("000#0100");
+    entries(&mut bench);
     bench.send("401#000001000000");
     bench.send("402#000002000000");
-    for _ in 0..20 {
+    for _ in 0..700 {
         bench.run(Duration::from_millis(100));
         bench.send("402#000002000000");
     }
-    let told: Vec<_> =
-        kept(&mut bench).into_iter().map(|(device, _, value, what)| (device, value, what)).collect();
-    let once = What::StreamEnd { set_points: 1, lasted: Duration::ZERO };
-    assert_eq!(told, [(0, 1, What::StreamStart), (1, 2, What::StreamStart), (0, 1, once)]);
+    let (one, two) = (item(1, 0x607A, 0, 1), item(2, 0x607A, 0, 2));
+    let expected = [
+        (Some(0), What::StreamStart(one), None),
+        (Some(1), What::StreamStart(two), None),
+        (Some(0), What::StreamEnd(one), again(1, Duration::ZERO)),
+    ];
+    assert_eq!(kept(&mut bench), expected);
     bench.run(Duration::from_secs(2));
-    let lasted = Duration::from_secs(2);
-    assert_eq!(kept(&mut bench)[0].3, What::StreamEnd { set_points: 21, lasted });
+    let end = (Some(1), What::StreamEnd(two), again(701, Duration::from_secs(70)));
+    assert_eq!(kept(&mut bench), [end]);
 }
 
 #[test]
@@ -110,12 +259,8 @@ fn registers_that_move_a_motor_are_commands_and_those_that_tune_it_are_none() {
     bench.write(1, 0x2012, 3, &1000_u32.to_le_bytes());
     bench.write(1, 0x2012, 2, &2_u32.to_le_bytes());
     bench.write(1, 0x2012, 33, &7_u32.to_le_bytes());
-    let told = kept(&mut bench);
-    let expected = [("0x2012:03", 1000), ("0x2012:02", 2)];
-    assert_eq!(told.len(), expected.len(), "{told:?}");
-    for ((_, address, value, what), expected) in told.iter().zip(expected) {
-        assert_eq!((&**address, *value, *what), (expected.0, expected.1, What::Write));
-    }
+    let write = |sub, value| (Some(0), What::Write(item(1, 0x2012, sub, value)), None);
+    assert_eq!(kept(&mut bench), [write(3, 1000), write(2, 2)]);
 }
 
 #[test]
@@ -127,5 +272,7 @@ fn what_nobody_takes_is_lost_and_counted_and_without_a_keeper_nothing_is() {
     let profile = Arc::new(Profile::embedded("cia402-servo", None).unwrap().unwrap());
     let mut silent = Bench::of(&profile, &[&[(0, 1)]]);
     (0..1030).for_each(|_| silent.write(1, 0x6040, 0, &[6, 0]));
+    silent.send("601#2F60600063000000");
+    silent.send("000#0100");
     assert_eq!((silent.core.lost_audit(), silent.core.poll_audit()), (0, None));
 }

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use daemon::audit::{Files, Names, Trail, last_lines};
 use daemon::clock::Clock;
-use daemon::core::{AuditEntry, LinkId, What, Who};
+use daemon::core::{AuditEntry, Item, LinkId, What, Who};
 use daemon::reload::Report;
 use od::Address;
 use profiles::Profile;
@@ -38,12 +38,10 @@ fn a_disk_that_takes_nothing_costs_entries_and_the_trail_tells_how_many() {
     let clock = Clock::start();
     let entry = |value| AuditEntry {
         at: clock.now(),
-        device: 0,
+        device: Some(0),
         who: Who::Local,
-        node_id: None,
-        address: Address::new(0x6040, 0),
-        value,
-        what: What::Write,
+        what: What::Write(Item { node_id: None, address: Address::new(0x6040, 0), value }),
+        again: None,
     };
     // Each line has a file of its own, so that there is always one to be made.
     let files = Files::open(&directory.0, 1, 10).unwrap();
@@ -69,12 +67,10 @@ fn entries_are_told_of_the_device_that_was_there_and_a_reload_stands_between_the
     let clock = Clock::start();
     let entry = |value| AuditEntry {
         at: clock.now(),
-        device: 0,
+        device: Some(0),
         who: Who::CanOpen(LinkId(1)),
-        node_id: Some(1),
-        address: Address::new(0x6040, 0),
-        value,
-        what: What::Write,
+        what: What::Write(Item { node_id: Some(1), address: Address::new(0x6040, 0), value }),
+        again: None,
     };
     let profile = Arc::new(Profile::embedded("cia402-servo", None).unwrap().unwrap());
     let names = Names {

@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use common::gateway::{Gateway, listener, peer};
 use daemon::control::{AxisOwner, Claim};
-use daemon::core::{ListenerPlan, Notice, Refused, WhenFull, Who};
+use daemon::core::{AuditEntry, Item, ListenerPlan, Notice, Refused, What, WhenFull, Who};
 use modbus::Permissions;
-use od::{Bus, Owner};
+use od::{AbortCode, Address, Bus, Owner};
 use profiles::State;
 
 const MODBUS: Owner = Owner { bus: Bus::Modbus, link: None };
@@ -184,31 +184,47 @@ fn only_the_configured_owner_commands_and_everybody_reads() {
 }
 
 #[test]
+fn a_command_of_a_client_that_is_refused_is_kept_with_its_address() {
+    let mut gateway = Gateway::new(&[1]);
+    let client = gateway.connect();
+    gateway.bench.core.keep_audit();
+    gateway.bench.core.set_owner(0, Some(CAN));
+    assert_eq!(gateway.write16(client, 0x6040, 7), "86 04");
+    let Some(AuditEntry { who, what, .. }) = gateway.bench.core.poll_audit() else { panic!("an entry") };
+    let item = Item { node_id: None, address: Address::new(0x6040, 0), value: 7 };
+    assert_eq!(what, What::Refused(item, AbortCode::DeviceState));
+    assert!(matches!(who, Who::Modbus(_)), "{who:?}");
+    assert_eq!(gateway.bench.core.poll_audit(), None);
+}
+
+#[test]
 fn an_axis_is_claimed_and_released() {
     let mut gateway = Gateway::new(&[1]);
     let client = gateway.connect();
-    gateway.bench.core.claim(0, 0, MODBUS).unwrap();
+    gateway.bench.core.claim(gateway.bench.now, 0, 0, MODBUS).unwrap();
     assert_eq!(gateway.bench.core.owner(0, 0), Some(MODBUS));
     assert_eq!(gateway.bench.send("601#2B40600006000000"), [REFUSED]);
-    gateway.bench.core.claim(0, 0, CAN).unwrap();
+    gateway.bench.core.claim(gateway.bench.now, 0, 0, CAN).unwrap();
     assert_eq!(gateway.write16(client, 0x6040, 6), "86 04");
-    gateway.bench.core.release(0, 0).unwrap();
+    gateway.bench.core.release(gateway.bench.now, 0, 0).unwrap();
     assert!(gateway.write16(client, 0x6040, 6).starts_with("06"));
     // Released is as configured.
     gateway.bench.core.set_owner(0, Some(CAN));
-    gateway.bench.core.claim(0, 0, MODBUS).unwrap();
-    gateway.bench.core.release(0, 0).unwrap();
+    gateway.bench.core.claim(gateway.bench.now, 0, 0, MODBUS).unwrap();
+    gateway.bench.core.release(gateway.bench.now, 0, 0).unwrap();
     assert_eq!(gateway.bench.core.owner(0, 0), Some(CAN));
-    assert!(gateway.bench.core.claim(0, 1, MODBUS).is_err() && gateway.bench.core.release(1, 0).is_err());
+    assert!(gateway.bench.core.claim(gateway.bench.now, 0, 1, MODBUS).is_err());
+    assert!(gateway.bench.core.release(gateway.bench.now, 1, 0).is_err());
 }
 
 #[test]
 fn an_axis_is_claimed_by_names_for_who_reaches_it() {
     let mut gateway = Gateway::new(&[1, 2]);
+    let now = gateway.bench.now;
     let core = &mut gateway.bench.core;
     let mut claim = |device: &str, axis, owner: Option<&str>| {
         let claim = Claim { device: device.to_owned(), axis, owner: owner.map(str::to_owned) };
-        let owners = claim.carry_out(core, &["can0", "can1"]);
+        let owners = claim.carry_out(now, core, &["can0", "can1"]);
         owners.map(|owners| owners.into_iter().map(|axis| axis.owner).collect::<Vec<_>>())
     };
     for owner in ["modbus", "local", "can0"] {
@@ -226,8 +242,8 @@ fn an_axis_is_claimed_by_names_for_who_reaches_it() {
     assert_eq!((gateway.bench.core.owner(0, 0), gateway.bench.core.owner(1, 0)), (None, Some(CAN)));
     gateway.bench.core.set_owner(1, Some(MODBUS));
     let release = Claim { device: "y".to_owned(), axis: Some(1), owner: None };
-    gateway.bench.core.claim(1, 0, CAN).unwrap();
-    let released = release.carry_out(&mut gateway.bench.core, &["can0"]).unwrap();
+    gateway.bench.core.claim(gateway.bench.now, 1, 0, CAN).unwrap();
+    let released = release.carry_out(gateway.bench.now, &mut gateway.bench.core, &["can0"]).unwrap();
     assert_eq!(released, [AxisOwner { device: "y".to_owned(), axis: 1, owner: "modbus".to_owned() }]);
 }
 
@@ -235,14 +251,14 @@ fn an_axis_is_claimed_by_names_for_who_reaches_it() {
 fn no_axis_is_claimed_for_modbus_where_no_client_reaches_it() {
     let mut bench = common::Bench::new(&[&[(0, 1)]]);
     let claim = Claim { device: "x".to_owned(), axis: None, owner: Some("modbus".to_owned()) };
-    let refused = claim.carry_out(&mut bench.core, &["can0"]);
+    let refused = claim.carry_out(bench.now, &mut bench.core, &["can0"]);
     assert_eq!(refused, Err("no Modbus client reaches device `x`".to_owned()));
 }
 
 #[test]
 fn a_reset_of_the_node_leaves_the_owner() {
     let mut gateway = Gateway::new(&[1]);
-    gateway.bench.core.claim(0, 0, MODBUS).unwrap();
+    gateway.bench.core.claim(gateway.bench.now, 0, 0, MODBUS).unwrap();
     gateway.bench.send("000#8101");
     assert_eq!(gateway.bench.send("601#2B40600006000000"), [REFUSED]);
 }

@@ -291,7 +291,7 @@ fn an_axis_of_somebody_else_is_not_led_but_stopped() {
     let mut master = Master::of("cia402-servo");
     let mut sequence = Sequence::new(jog(5000, None), 0);
     assert_eq!(master.lead(&mut sequence, SECOND), None);
-    master.bench.core.claim(0, 0, CAN).unwrap();
+    master.bench.core.claim(master.bench.now, 0, 0, CAN).unwrap();
     let refused = "because of the present device state";
     assert!(master.go(to(0)).unwrap_err().contains(refused));
     assert!(master.write(&[(part(0x6040, 0), 0x0000)]).unwrap_err().contains(refused), "a write is no stop");
@@ -309,7 +309,7 @@ fn a_jog_that_runs_when_its_axis_is_claimed_still_ends_at_rest() {
     let mut master = Master::of("cia402-servo");
     let mut sequence = Sequence::new(jog(5000, None), 0);
     assert_eq!(master.lead(&mut sequence, SECOND), None);
-    master.bench.core.claim(0, 0, CAN).unwrap();
+    master.bench.core.claim(master.bench.now, 0, 0, CAN).unwrap();
     sequence.interrupt();
     assert_eq!(master.finish(&mut sequence), done("stopped, OPERATION ENABLED"));
     assert!(master.velocity().abs() < 50.0, "{}", master.velocity());

@@ -117,24 +117,29 @@ fn who_commanded_what_is_on_disk_when_the_daemon_is_gone() {
     client.send("< send 401 6 7 0 5 0 0 0 >");
     assert!(client.try_ask("601 8 2B 40 60 0 6 0 0 0").is_ok());
     let file = storage.path().join("audit/audit-00000001.jsonl");
-    wait_until("four lines", || fs::read_to_string(&file).is_ok_and(|text| text.lines().count() >= 4));
+    assert!(client.try_ask("601 8 2F 60 60 0 63 0 0 0").is_ok());
+    wait_until("a refused command", || fs::read_to_string(&file).is_ok_and(|text| text.contains("refused")));
     daemon.terminate();
     daemon.wait_until_stopped();
+    // The stream may be over before or after the last commands.
     let told = run_python(&format!(
         "import json\n\
-         for line in open({:?}):\n    \
-             e = json.loads(line)\n    \
-             print(e['event'], e['device'], e['axis'], e['by']['bus'], e['by']['node_id'], e['name'], e['value'])",
+         for e in map(json.loads, open({:?})):\n    \
+             what = e.get('name') or e['order']\n    \
+             if e['event'] != 'stream-end':\n        \
+                 print(e['event'], e['device'], e['by']['bus'], what, e.get('value'), e.get('code', ''))",
         file.display().to_string()
     ));
-    let lines: Vec<&str> = told.lines().take(4).collect();
+    let lines: Vec<&str> = told.lines().map(str::trim_end).collect();
     assert_eq!(
         lines,
         [
-            "write x 1 can0 1 Controlword 6",
-            "change x 1 can0 1 Controlword 7",
-            "stream-start x 1 can0 1 Target position 5",
-            "write x 1 can0 1 Controlword 6",
+            "write x can0 Controlword 6",
+            "nmt x can0 start None",
+            "change x can0 Controlword 7",
+            "stream-start x can0 Target position 5",
+            "write x can0 Controlword 6",
+            "refused x can0 Modes of operation 99 0x06090030",
         ]
     );
 }
@@ -213,8 +218,10 @@ fn axisctl_changes_the_log_at_run_time_and_shows_the_trail() {
     assert!(client.try_ask("601 8 2B 40 60 0 6 0 0 0").expect("an answer").starts_with("581 60"));
     client.send("< send 0 2 1 0 >");
     let trail = || ask(&["audit"]).1;
-    wait_until("an entry", || trail().contains("0x6040:00 Controlword"));
-    assert!(trail().lines().count() == 2, "{}", trail());
+    wait_until("two entries", || trail().lines().count() == 3);
+    assert!(trail().contains("0x6040:00 Controlword") && trail().contains("start, all nodes"), "{}", trail());
+    assert!(ask(&["stop", "x"]).0);
+    wait_until("the stop", || trail().lines().any(|line| line.contains("  stop")));
     daemon.terminate();
     daemon.logged("stopped");
     assert!(!daemon.printed().contains("x: OPERATIONAL"), "{}", daemon.printed());

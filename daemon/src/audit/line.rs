@@ -9,8 +9,10 @@ use od::Instant;
 use profiles::Profile;
 use serde::Serialize;
 
-use crate::core::{AuditEntry, LinkId, What, Who};
+use super::words;
+use crate::core::{AuditEntry, Item, LinkId, What, Who};
 use crate::reload::Report;
+use crate::status::owner_name;
 
 /// What devices and buses are called.
 #[derive(Clone, Debug, Default)]
@@ -58,13 +60,25 @@ pub struct Line<'n> {
     #[serde(skip_serializing_if = "Option::is_none")]
     by: Option<By<'n>>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    bus: Option<&'n str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    node_id: Option<u8>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    order: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     object: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<&'n str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     value: Option<i128>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    code: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     set_points: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    times: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     lasted_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -90,26 +104,75 @@ impl<'n> Line<'n> {
     /// The line of an entry that happened when the wall clock showed `wall`.
     #[must_use]
     pub fn of(entry: &AuditEntry, names: &'n Names, wall: Duration) -> Self {
-        let (event, set_points, lasted) = match entry.what {
-            What::Write => ("write", None, None),
-            What::Change => ("change", None, None),
-            What::StreamStart => ("stream-start", None, None),
-            What::StreamEnd { set_points, lasted } => ("stream-end", Some(set_points), Some(lasted)),
+        let AuditEntry { what, again, .. } = entry;
+        let bare = |event| Self::about(entry, event, names, wall);
+        let order = |event, axis: usize, order| Self {
+            axis: u8::try_from(axis + 1).ok(),
+            order: Some(order).filter(|order: &String| !order.is_empty()),
+            ..bare(event)
         };
-        let (device, profile) =
-            names.devices.get(entry.device).map(|(name, profile)| (&**name, profile)).unzip();
-        let schema = profile.map(|profile| &profile.application);
-        let object = schema.and_then(|schema| schema.entry(schema.slot(entry.address)?));
+        let owner_name = |owner| {
+            let buses: Vec<&str> = names.buses.iter().map(String::as_str).collect();
+            owner_name(owner, &buses)
+        };
+        let line = match *what {
+            What::Write(item) => bare("write").with_item(item, names, entry),
+            What::Change(item) => bare("change").with_item(item, names, entry),
+            What::StreamStart(item) => bare("stream-start").with_item(item, names, entry),
+            What::StreamEnd(item) => {
+                let set_points = again.map(|again| again.times);
+                let line = bare("stream-end").with_item(item, names, entry);
+                Self { set_points, lasted_s: again.map(|again| again.lasted.as_secs_f64()), ..line }
+            }
+            What::Refused(item, code) => {
+                let (number, reason) = (format!("0x{:08X}", code as u32), code.text());
+                let line = bare("refused").with_item(item, names, entry);
+                Self { code: Some(number), reason: Some(reason), ..line }
+            }
+            What::Network(link, network) => {
+                let (event, node_id, order) = words::network(network);
+                let order = Some(order);
+                Self { bus: bus_name(names, link), node_id, order, ..bare(event) }
+            }
+            What::Claim(axis, owner) => order("claim", axis, owner_name(Some(owner))),
+            What::Release(axis, owner) => order("release", axis, owner_name(owner)),
+            What::Inject(axis, fault) => order("fault-inject", axis, fault.to_string()),
+            What::Repair(axis, repair) => order("fault-clear", axis, words::repair(repair)),
+            What::Motion(axis, goal) => {
+                let (event, words) = words::motion(goal);
+                order(event, axis, words)
+            }
+        };
+        match (line.set_points, again) {
+            (None, Some(again)) => {
+                Self { times: Some(again.times), lasted_s: Some(again.lasted.as_secs_f64()), ..line }
+            }
+            (_, _) => line,
+        }
+    }
+
+    /// When, on which device and by whom.
+    fn about(entry: &AuditEntry, event: &'static str, names: &'n Names, wall: Duration) -> Self {
+        let device = entry.device.and_then(|device| names.devices.get(device));
         Self {
-            device,
-            axis: object.and_then(|object| object.command).map(|axis| axis + 1),
+            device: device.map(|(name, _)| &**name),
             by: Some(by(entry, names)),
-            object: Some(entry.address.to_string()),
-            name: object.map(|object| &*object.name),
-            value: Some(entry.value),
-            set_points,
-            lasted_s: lasted.map(|lasted| lasted.as_secs_f64()),
             ..Self::bare(event, entry.at, wall)
+        }
+    }
+
+    fn with_item(self, item: Item, names: &'n Names, entry: &AuditEntry) -> Self {
+        let profile = entry.device.and_then(|device| names.devices.get(device)).map(|(_, profile)| profile);
+        let schema = profile.map(|profile| &profile.application);
+        let object = schema.and_then(|schema| schema.entry(schema.slot(item.address)?));
+        let by = self.by.map(|by| By { node_id: item.node_id, ..by });
+        Self {
+            axis: object.and_then(|object| object.command).map(|axis| axis + 1),
+            by,
+            object: Some(item.address.to_string()),
+            name: object.map(|object| &*object.name),
+            value: Some(item.value),
+            ..self
         }
     }
 
@@ -136,10 +199,16 @@ impl<'n> Line<'n> {
             device: None,
             axis: None,
             by: None,
+            bus: None,
+            node_id: None,
+            order: None,
             object: None,
             name: None,
             value: None,
+            code: None,
+            reason: None,
             set_points: None,
+            times: None,
             lasted_s: None,
             lost: None,
             reload: None,
@@ -157,46 +226,115 @@ impl<'n> Line<'n> {
 
 fn by<'n>(entry: &AuditEntry, names: &'n Names) -> By<'n> {
     match entry.who {
-        Who::CanOpen(LinkId(link)) => By {
-            kind: "canopen",
-            bus: names.buses.get(usize::from(link)).map(String::as_str),
-            node_id: entry.node_id,
-            client: None,
-        },
+        Who::CanOpen(link) => By { kind: "canopen", bus: bus_name(names, link), ..By::default() },
         Who::Modbus(peer) => By { kind: "modbus", client: Some(peer.to_string()), ..By::default() },
         Who::ModbusGone => By { kind: "modbus", ..By::default() },
         Who::Local => By { kind: "local", ..By::default() },
     }
 }
 
+fn bus_name(names: &Names, LinkId(link): LinkId) -> Option<&str> {
+    names.buses.get(usize::from(link)).map(String::as_str)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use od::Address;
+    use crate::core::Again;
+    use crate::motion::Goal;
+    use canopen::{NetworkOrder, NmtCommand};
+    use od::{AbortCode, Address, Bus, Owner};
+    use profiles::Repair;
 
     fn names() -> Names {
         let profile = Arc::new(Profile::embedded("cia402-servo", None).unwrap().unwrap());
         Names { devices: vec![("x".to_owned(), profile)], buses: vec!["can0".to_owned()] }
     }
 
-    fn line(who: Who, node_id: Option<u8>, what: What) -> String {
+    fn text(who: Who, what: What, again: Option<Again>) -> String {
         let at = Instant::ZERO + Duration::from_micros(1_500_000);
-        let address = Address::new(0x607A, 0);
-        let entry = AuditEntry { at, device: 0, who, node_id, address, value: -5, what };
+        let entry = AuditEntry { at, device: Some(0), who, what, again };
         Line::of(&entry, &names(), Duration::from_micros(1_700_000_000_000_001)).text().unwrap()
     }
+
+    fn item(node_id: Option<u8>) -> Item {
+        Item { node_id, address: Address::new(0x607A, 0), value: -5 }
+    }
+
+    const MODBUS: &str = "10.0.0.5:40112";
 
     #[test]
     fn an_entry_is_one_line_of_json() {
         assert_eq!(
-            line(Who::CanOpen(LinkId(0)), Some(7), What::Write),
+            text(Who::CanOpen(LinkId(0)), What::Write(item(Some(7))), None),
             r#"{"time":"2023-11-14T22:13:20.000001Z","uptime_s":1.5,"event":"write","device":"x","axis":1,"by":{"kind":"canopen","bus":"can0","node_id":7},"object":"0x607A:00","name":"Target position","value":-5}"#
         );
-        let end = What::StreamEnd { set_points: 60, lasted: Duration::from_millis(59) };
-        let text = line(Who::Modbus("10.0.0.5:40112".parse().unwrap()), None, end);
+        let again = Again { times: 60, lasted: Duration::from_millis(59) };
+        let text = text(Who::Modbus(MODBUS.parse().unwrap()), What::StreamEnd(item(None)), Some(again));
         assert!(text.contains(r#""by":{"kind":"modbus","client":"10.0.0.5:40112"}"#), "{text}");
         assert!(text.ends_with(r#""value":-5,"set_points":60,"lasted_s":0.059}"#), "{text}");
         let lost = Line::lost(3, Instant::ZERO, Duration::MAX).text().unwrap();
         assert_eq!(lost, r#"{"time":"9999-12-31T23:59:59.000000Z","uptime_s":0.0,"event":"lost","lost":3}"#);
+    }
+
+    #[test]
+    fn a_refused_command_is_told_with_its_abort_code_and_how_often_it_came() {
+        let refused = What::Refused(item(None), AbortCode::DeviceState);
+        let again = Again { times: 9, lasted: Duration::from_millis(500) };
+        let text = text(Who::Modbus(MODBUS.parse().unwrap()), refused, Some(again));
+        let expected = r#""event":"refused","device":"x","axis":1,"by":{"kind":"modbus","client":"10.0.0.5:40112"},"object":"0x607A:00","name":"Target position","value":-5,"code":"0x08000022","reason":"data cannot be transferred or stored because of the present device state","times":9,"lasted_s":0.5}"#;
+        assert!(text.ends_with(expected), "{text}");
+    }
+
+    #[test]
+    fn orders_are_told_in_the_words_of_axisctl() {
+        let supply_dip = "supply-dip:40".parse().unwrap();
+        let move_to = Goal::Move { position: 9, is_relative: true, velocity: Some(5), acceleration: None };
+        let jog = Goal::Jog { velocity: -5, acceleration: None, time: Some(Duration::from_millis(500)) };
+        let nmt = NetworkOrder::Nmt { command: NmtCommand::Start, node_id: 0 };
+        let by_modbus = Owner { bus: Bus::Modbus, link: None };
+        let orders = [
+            (
+                What::Network(LinkId(0), nmt),
+                r#""event":"nmt","device":"x","by":{"kind":"local"},"bus":"can0","node_id":0,"order":"start"}"#,
+            ),
+            (
+                What::Network(LinkId(0), NetworkOrder::LssNodeId(5)),
+                r#""event":"lss","device":"x","by":{"kind":"local"},"bus":"can0","order":"node-id 5"}"#,
+            ),
+            (
+                What::Claim(0, by_modbus),
+                r#""event":"claim","device":"x","axis":1,"by":{"kind":"local"},"order":"modbus"}"#,
+            ),
+            (
+                What::Release(0, None),
+                r#""event":"release","device":"x","axis":1,"by":{"kind":"local"},"order":"any"}"#,
+            ),
+            (
+                What::Inject(0, supply_dip),
+                r#""event":"fault-inject","device":"x","axis":1,"by":{"kind":"local"},"order":"supply-dip:40"}"#,
+            ),
+            (
+                What::Repair(0, Repair::All),
+                r#""event":"fault-clear","device":"x","axis":1,"by":{"kind":"local"},"order":"all"}"#,
+            ),
+            (
+                What::Motion(0, move_to),
+                r#""event":"move","device":"x","axis":1,"by":{"kind":"local"},"order":"9 --relative --velocity 5"}"#,
+            ),
+            (
+                What::Motion(0, jog),
+                r#""event":"jog","device":"x","axis":1,"by":{"kind":"local"},"order":"-5 --time 0.5"}"#,
+            ),
+            (
+                What::Motion(0, Goal::Home { method: Some(33) }),
+                r#""event":"home","device":"x","axis":1,"by":{"kind":"local"},"order":"--method 33"}"#,
+            ),
+            (What::Motion(0, Goal::Stop), r#""event":"stop","device":"x","axis":1,"by":{"kind":"local"}}"#),
+        ];
+        for (what, expected) in orders {
+            let text = text(Who::Local, what, None);
+            assert!(text.ends_with(expected), "{text}");
+        }
     }
 }

@@ -14,6 +14,7 @@ use super::owners::{AxisOwner, Claim};
 use crate::core::{Authority, LinkId, WriteRefused};
 use crate::dump::Known;
 use crate::link::Tap;
+use crate::motion::Goal;
 
 /// A task for the core.
 #[derive(Debug)]
@@ -74,6 +75,8 @@ pub struct ObjectOrder {
     pub reads: Vec<Address>,
     /// With which authority to write.
     pub authority: Authority,
+    /// The motion that begins with it, and the axis from 0, for the audit trail.
+    pub motion: Option<(usize, Goal)>,
 }
 
 /// Why objects were not written.

@@ -73,6 +73,8 @@ struct Mover {
     /// From 0.
     axis: u8,
     sequence: Sequence,
+    /// What it is for, until the core was told.
+    goal: Option<Goal>,
     view: View,
     /// What is to be written at the next look.
     settings: Vec<Setting>,
@@ -195,8 +197,8 @@ fn axes(device: &Described, axis: Option<usize>, all: bool) -> Result<core::ops:
 impl Mover {
     fn new(device: &Described, axis: u8, goal: Goal) -> Self {
         let (device, profile) = (device.device.clone(), Arc::clone(&device.profile));
-        let (sequence, view) = (Sequence::new(goal, axis), View::default());
-        Self { device, profile, axis, sequence, view, settings: Vec::new(), failures: 0, end: None }
+        let (sequence, goal, view) = (Sequence::new(goal, axis), Some(goal), View::default());
+        Self { device, profile, axis, sequence, goal, view, settings: Vec::new(), failures: 0, end: None }
     }
 
     /// Writes what is to be written, looks at the axis and thinks about what comes next.
@@ -209,10 +211,11 @@ impl Mover {
         // What brings the axis to rest the operator may do even if somebody else owns it now.
         let authority = if self.sequence.is_halting() { Authority::Stop } else { Authority::Owner };
         let device = self.device.clone();
-        let order = ObjectOrder { device, node: 0, writes, reads: reads.clone(), authority };
+        let motion = self.goal.map(|goal| (usize::from(self.axis), goal));
+        let order = ObjectOrder { device, node: 0, writes, reads: reads.clone(), authority, motion };
         match orders.place(Errand::Objects, order).await {
             Ok(Ok(values)) => {
-                self.failures = 0;
+                (self.failures, self.goal) = (0, None);
                 let number = |(address, value): (&Address, _)| self.number(*address, value);
                 let numbers: Vec<Option<i64>> = reads.iter().zip(values).map(number).collect();
                 self.settings.clear();

@@ -108,7 +108,8 @@ impl<'o> Objects<'o> {
         reads: Vec<Address>,
     ) -> Result<Vec<Result<Value, AbortCode>>, String> {
         let device = self.described.device.clone();
-        let order = ObjectOrder { device, node: self.node, writes, reads, authority: Authority::Owner };
+        let order =
+            ObjectOrder { device, node: self.node, writes, reads, authority: Authority::Owner, motion: None };
         self.orders.place(Errand::Objects, order).await?.map_err(|error| match error {
             ObjectError::Refused(refused) => format!("{}: {}", self.named(refused.address), refused.code),
             ObjectError::Unknown(unknown) => unknown,

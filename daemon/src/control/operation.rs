@@ -69,29 +69,41 @@ pub fn levels_text(levels: &BTreeMap<String, String>) -> String {
 /// Entries of the audit trail as a table.
 #[must_use]
 pub fn audit_text(entries: &[Value]) -> String {
-    const HEAD: [&str; 7] = ["TIME", "BY", "DEVICE", ">AXIS", "EVENT", "OBJECT", ">VALUE"];
+    const HEAD: [&str; 7] = ["TIME", "BY", "DEVICE", ">AXIS", "EVENT", "WHAT", ">VALUE"];
     let row = |entry: &Value| {
         let part = |key: &str| told(&entry[key]);
         let by = &entry["by"];
         let who = [&by["bus"], &by["client"], &by["kind"]].into_iter().find(|who| who.is_string());
-        let object = match &entry["reload"] {
-            Value::Null => format!("{} {}", part("object"), part("name")),
-            report => {
-                serde_json::from_value::<Report>(report.clone()).map_or_else(|_| String::new(), |r| r.line())
-            }
-        };
         let value = if entry["lost"].is_null() { part("value") } else { format!("{} lost", part("lost")) };
+        let more = entry["times"].as_u64().map(|times| format!(", {times} more")).unwrap_or_default();
         [
             part("time"),
             told(who.unwrap_or(&Value::Null)),
             part("device"),
             part("axis"),
-            part("event"),
-            object.trim().to_owned(),
+            part("event") + &more,
+            what(entry),
             value,
         ]
     };
     table(&HEAD, &entries.iter().map(row).collect::<Vec<_>>())
+}
+
+/// The order and the node that it is for, the object and why it was refused, or what a reload has changed.
+fn what(entry: &Value) -> String {
+    let part = |key: &str| told(&entry[key]);
+    if !entry["reload"].is_null() {
+        let report = serde_json::from_value::<Report>(entry["reload"].clone());
+        return report.map_or_else(|_| String::new(), |report| report.line());
+    }
+    match (&entry["node_id"], &entry["reason"]) {
+        (Value::Null, Value::Null) => {
+            format!("{} {} {}", part("order"), part("object"), part("name")).trim().to_owned()
+        }
+        (Value::Null, _) => format!("{} {}: {}", part("object"), part("name"), part("reason")),
+        (node, _) if node.as_u64() == Some(0) => format!("{}, all nodes", part("order")),
+        (node, _) => format!("{}, node {node}", part("order")),
+    }
 }
 
 fn told(value: &Value) -> String {
@@ -111,13 +123,19 @@ mod tests {
         let entries = [
             r#"{"time":"T1","event":"write","device":"x","axis":1,"by":{"kind":"canopen","bus":"can0","node_id":1},"object":"0x6040:00","name":"Controlword","value":6}"#,
             r#"{"time":"T2","event":"lost","lost":3}"#,
+            r#"{"time":"T3","event":"nmt","by":{"kind":"local"},"bus":"can0","node_id":0,"order":"start"}"#,
+            r#"{"time":"T4","event":"move","device":"x","axis":1,"by":{"kind":"local"},"order":"9 --relative"}"#,
+            r#"{"time":"T5","event":"refused","device":"x","axis":1,"by":{"kind":"modbus","client":"C"},"object":"0x6040:00","name":"Controlword","value":6,"code":"0x08000022","reason":"state","times":7,"lasted_s":1.0}"#,
         ];
         let entries: Vec<Value> = entries.iter().map(|entry| serde_json::from_str(entry).unwrap()).collect();
         assert_eq!(
             audit_text(&entries),
-            "TIME  BY    DEVICE  AXIS  EVENT  OBJECT                  VALUE\n\
-             T1    can0  x          1  write  0x6040:00 Controlword       6\n\
-             T2                        lost                          3 lost\n"
+            "TIME  BY     DEVICE  AXIS  EVENT            WHAT                           VALUE\n\
+             T1    can0   x          1  write            0x6040:00 Controlword              6\n\
+             T2                         lost                                           3 lost\n\
+             T3    local                nmt              start, all nodes\n\
+             T4    local  x          1  move             9 --relative\n\
+             T5    C      x          1  refused, 7 more  0x6040:00 Controlword: state       6\n"
         );
     }
 }

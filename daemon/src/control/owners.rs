@@ -1,6 +1,6 @@
 //! Axes claimed for somebody and released.
 
-use od::{Bus, Owner};
+use od::{Bus, Instant, Owner};
 use serde::{Deserialize, Serialize};
 
 use super::faults::{axes, find};
@@ -36,15 +36,15 @@ impl Claim {
     ///
     /// # Errors
     /// There is no such device or axis, or whom it names does not reach the device.
-    pub fn carry_out(&self, core: &mut Core, buses: &[&str]) -> Result<Vec<AxisOwner>, String> {
+    pub fn carry_out(&self, now: Instant, core: &mut Core, buses: &[&str]) -> Result<Vec<AxisOwner>, String> {
         let Self { device: name, axis, owner } = self;
         let device = find(core, name)?;
         let axes = axes(core, device, name, *axis)?;
         let owner = owner.as_deref().map(|owner| claimant(core, (device, name), owner, buses)).transpose()?;
         for axis in axes {
             let given = match owner {
-                Some(owner) => core.claim(device, axis, owner),
-                None => core.release(device, axis),
+                Some(owner) => core.claim(now, device, axis, owner),
+                None => core.release(now, device, axis),
             };
             given.map_err(|error| error.to_string())?;
         }

@@ -1,69 +1,88 @@
 //! What is to be kept of who commanded what: every acyclic command, and of cyclic data what changes in controlword and mode
-//! and where a stream of set-points begins and ends.
+//! and where a stream of set-points begins and ends; commands that were refused; orders of the networks' masters and of
+//! operators.
 //!
 //! The trail beside it ([`super::trail`]) knows the last commands of each device; from here they go to whoever keeps them
-//! for good.
+//! for good. What others could let it grow by without end is told when it begins and when it is over ([`runs`]).
+
+mod orders;
+mod runs;
 
 use core::time::Duration;
 use std::collections::VecDeque;
 
-use od::{Address, Commanded, Instant, Slot};
-use profiles::{Binding, Profile, Role};
+use canopen::NetworkOrder;
+use od::{AbortCode, Address, Commanded, Instant, Owner, Slot};
+use profiles::{Binding, PlantFault, Profile, Repair, Role};
 
-use super::Core;
 use super::trail::Who;
+use super::{Core, LinkId};
+use crate::motion::Goal;
+use runs::Runs;
 
-/// A stream of set-points is over when none came for so long.
-const GAP: Duration = Duration::from_secs(1);
-/// Streams at a time; of more the one that was silent longest counts as over.
-const MAX_STREAMS: usize = 64;
 /// Entries that may wait; more are lost, and counted.
 const MAX_WAITING: usize = 1024;
 
 /// Something to be kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AuditEntry {
-    /// When it happened.
+    /// When it happened; the last time, if it happened again and again.
     pub at: Instant,
-    /// Position of the device.
-    pub device: usize,
+    /// Position of the device, if it is about a single one of ours.
+    pub device: Option<usize>,
     /// Who did it.
     pub who: Who,
+    /// What it is.
+    pub what: What,
+    /// How often it happened since it was first told, if this ends a row of equal entries.
+    pub again: Option<Again>,
+}
+
+/// What happens again and again, and was told when it began.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Again {
+    /// How often: all set-points of a stream; how often more of everything else.
+    pub times: u64,
+    /// From the first to the last.
+    pub lasted: Duration,
+}
+
+/// An entry of a device, written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Item {
     /// The Node-ID that was written to, from CANopen.
     pub node_id: Option<u8>,
-    /// What was written.
+    /// The entry.
     pub address: Address,
-    /// The value.
+    /// What was written.
     pub value: i128,
-    /// What kind of command it is.
-    pub what: What,
 }
 
-/// Kinds of entries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Kinds of entries. Axes have numbers from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum What {
-    /// An acyclic write.
-    Write,
+    /// An acyclic command.
+    Write(Item),
     /// Cyclic data hold another controlword or mode than before.
-    Change,
+    Change(Item),
     /// The first set-point of a stream.
-    StreamStart,
+    StreamStart(Item),
     /// The last set-point of a stream.
-    StreamEnd {
-        /// How many there were.
-        set_points: u64,
-        /// From the first to the last.
-        lasted: Duration,
-    },
-}
-
-/// Set-points of one kind from one place.
-#[derive(Debug)]
-struct Stream {
-    /// The last set-point, as the entry that is written when it was the last one.
-    last: AuditEntry,
-    since: Instant,
-    set_points: u64,
+    StreamEnd(Item),
+    /// An acyclic command that was refused, of a batch the item that was.
+    Refused(Item, AbortCode),
+    /// An NMT command that changes a node, or a configuration by LSS that one takes; from here, whoever takes it.
+    Network(LinkId, NetworkOrder),
+    /// An axis was given to this owner alone.
+    Claim(usize, Owner),
+    /// An axis was given back to whom the configuration names; `None` is everybody.
+    Release(usize, Option<Owner>),
+    /// Something was broken behind an axis.
+    Inject(usize, PlantFault),
+    /// Something was repaired there.
+    Repair(usize, Repair),
+    /// An operator has an axis moved, or stopped.
+    Motion(usize, Goal),
 }
 
 /// See the module's documentation.
@@ -72,61 +91,86 @@ pub(super) struct Audit {
     /// For each device the entries that say what it does and not where to; none while nothing is kept.
     modes: Option<Vec<Vec<Slot>>>,
     entries: VecDeque<AuditEntry>,
-    streams: Vec<Stream>,
-    /// Not after the first end of a stream.
+    /// Streams of set-points.
+    streams: Runs,
+    /// What is refused or ordered.
+    repeats: Runs,
+    /// Not after the first end of a stream or a row of equal entries.
     pub(super) deadline: Option<Instant>,
     lost: u64,
 }
 
 impl Audit {
-    /// Takes note of a command, of which `entry` says all but its kind.
-    pub(super) fn note(&mut self, commanded: &Commanded, entry: AuditEntry) {
+    /// Whether anybody keeps it.
+    pub(super) fn is_kept(&self) -> bool {
+        self.modes.is_some()
+    }
+
+    /// Takes note of a command to `device`, which was written to `item`.
+    pub(super) fn note_command(
+        &mut self,
+        (at, who, device): (Instant, Who, usize),
+        commanded: &Commanded,
+        item: Item,
+    ) {
         let Some(modes) = &self.modes else { return };
-        let is_mode = modes.get(entry.device).is_some_and(|modes| modes.contains(&commanded.slot));
+        let is_mode = modes.get(device).is_some_and(|modes| modes.contains(&commanded.slot));
+        let entry = |what| AuditEntry { at, device: Some(device), who, what, again: None };
         match (commanded.is_cyclic, is_mode) {
-            (false, _) => self.keep(entry),
-            (true, true) if commanded.has_changed => self.keep(AuditEntry { what: What::Change, ..entry }),
+            (false, _) => self.keep(entry(What::Write(item))),
+            (true, true) if commanded.has_changed => self.keep(entry(What::Change(item))),
             (true, true) => {}
-            (true, false) => self.stream(entry),
+            (true, false) => self.stream(entry(What::StreamStart(item)), item),
         }
     }
 
-    fn stream(&mut self, entry: AuditEntry) {
-        let is_same = |stream: &&mut Stream| {
-            let last = &stream.last;
-            (last.device, last.address, last.who) == (entry.device, entry.address, entry.who)
-        };
-        if let Some(stream) = self.streams.iter_mut().find(is_same) {
-            stream.last = entry;
-            stream.set_points += 1;
+    /// Takes note of what others may do again and again.
+    pub(super) fn note(&mut self, entry: AuditEntry) {
+        if self.modes.is_none() || self.repeats.goes_on(entry) {
             return;
         }
-        if self.streams.len() == MAX_STREAMS {
-            let silent = self.streams.iter().enumerate().min_by_key(|(_, stream)| stream.last.at);
-            if let Some(stream) = silent.map(|(position, _)| position).map(|p| self.streams.swap_remove(p)) {
-                self.keep(stream.end());
-            }
+        if self.repeats.begin(entry) {
+            self.keep(entry);
+            self.wake(entry.at);
+        } else {
+            self.lost += 1;
         }
-        self.keep(AuditEntry { what: What::StreamStart, ..entry });
-        self.streams.push(Stream { last: entry, since: entry.at, set_points: 1 });
-        self.deadline = self.deadline.or(Some(entry.at + GAP));
     }
 
-    /// Ends the streams that are silent at `now`.
+    fn stream(&mut self, first: AuditEntry, item: Item) {
+        let last = AuditEntry { what: What::StreamEnd(item), ..first };
+        if self.streams.goes_on(last) {
+            return;
+        }
+        if !self.streams.begin(last) {
+            // The one that was silent longest counts as over.
+            if let Some(stream) = self.streams.take_silent() {
+                self.keep(stream.all());
+            }
+            self.streams.begin(last);
+        }
+        self.keep(first);
+        self.wake(first.at);
+    }
+
+    /// Ends what is silent at `now`.
     pub(super) fn handle_timeout(&mut self, now: Instant) {
         if self.deadline.is_none_or(|deadline| deadline > now) {
             return;
         }
-        let mut next = 0;
-        while let Some(stream) = self.streams.get(next) {
-            if stream.last.at + GAP <= now {
-                let stream = self.streams.remove(next);
-                self.keep(stream.end());
-            } else {
-                next += 1;
-            }
+        while let Some(stream) = self.streams.take_over(now) {
+            self.keep(stream.all());
         }
-        self.deadline = self.streams.iter().map(|stream| stream.last.at + GAP).min();
+        while let Some(row) = self.repeats.take_over(now) {
+            row.more().into_iter().for_each(|entry| self.keep(entry));
+        }
+        self.deadline =
+            [self.streams.poll_timeout(), self.repeats.poll_timeout()].into_iter().flatten().min();
+    }
+
+    /// Makes sure that what began at `now` is ended.
+    fn wake(&mut self, now: Instant) {
+        self.deadline = self.deadline.or(Some(now + runs::GAP));
     }
 
     /// Learns what says what the device at this position does, of this profile.
@@ -138,11 +182,13 @@ impl Audit {
         known.get_mut(device).into_iter().for_each(|known| *known = modes(profile));
     }
 
-    /// Ends the streams of a device that is about to leave.
-    fn end_streams(&mut self, device: usize) {
-        while let Some(position) = self.streams.iter().position(|stream| stream.last.device == device) {
-            let stream = self.streams.swap_remove(position);
-            self.keep(stream.end());
+    /// Ends what goes on of a device that is about to leave.
+    fn conclude(&mut self, device: usize) {
+        while let Some(stream) = self.streams.take_of(device) {
+            self.keep(stream.all());
+        }
+        while let Some(row) = self.repeats.take_of(device) {
+            row.more().into_iter().for_each(|entry| self.keep(entry));
         }
     }
 
@@ -155,13 +201,6 @@ impl Audit {
     }
 }
 
-impl Stream {
-    fn end(&self) -> AuditEntry {
-        let lasted = self.last.at.saturating_since(self.since);
-        AuditEntry { what: What::StreamEnd { set_points: self.set_points, lasted }, ..self.last }
-    }
-}
-
 impl Core {
     /// Makes the core tell what is to be kept of who commanded what, by [`Core::poll_audit`].
     pub fn keep_audit(&mut self) {
@@ -169,10 +208,10 @@ impl Core {
         self.units.iter().for_each(|(device, unit)| self.audit.join(device, unit.device.profile()));
     }
 
-    /// Ends what streams of set-points a device was given, so that all there is to be kept of it can be taken before it
-    /// leaves.
+    /// Ends what streams of set-points a device was given and what it refused again and again, so that all there is to be
+    /// kept of it can be taken before it leaves.
     pub fn conclude_audit(&mut self, device: usize) {
-        self.audit.end_streams(device);
+        self.audit.conclude(device);
     }
 
     /// The next entry to be kept.
@@ -180,7 +219,7 @@ impl Core {
         self.audit.entries.pop_front()
     }
 
-    /// Entries that were lost because nobody took them.
+    /// Entries that were lost because nobody took them, or because there were too many kinds of them at a time.
     #[must_use]
     pub fn lost_audit(&self) -> u64 {
         self.audit.lost

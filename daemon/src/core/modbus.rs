@@ -211,6 +211,7 @@ impl Core {
         self.answer(now, client, device);
         if let Some(device) = device {
             self.heard(now, device);
+            self.note_commands(now, device);
             if self.units.get(device).is_some_and(|unit| unit.device.dictionary().has_written()) {
                 self.settle(now, device);
                 self.speak(now, device);

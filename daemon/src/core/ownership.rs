@@ -1,9 +1,11 @@
 //! Who may command an axis: what the configuration says, until somebody claims it.
 
-use od::{Instant, Origin, Owner};
+use od::{Bus, Instant, Origin, Owner, Slot};
+use profiles::Device;
 use thiserror::Error;
 
-use super::audit::{AuditEntry, What};
+use super::audit::{AuditEntry, Item, What};
+use super::modbus::Modbus;
 use super::trail::{Command, Who};
 use super::{Core, LinkId, Unit};
 
@@ -22,16 +24,20 @@ impl Core {
     ///
     /// # Errors
     /// There is no such axis.
-    pub fn claim(&mut self, device: usize, axis: usize, owner: Owner) -> Result<(), NoAxis> {
-        self.give(device, axis, |_| Some(owner))
+    pub fn claim(&mut self, now: Instant, device: usize, axis: usize, owner: Owner) -> Result<(), NoAxis> {
+        self.give(device, axis, |_| Some(owner))?;
+        self.note_owner(now, device, axis, Some(owner));
+        Ok(())
     }
 
     /// Gives an axis back to whom the configuration names.
     ///
     /// # Errors
     /// There is no such axis.
-    pub fn release(&mut self, device: usize, axis: usize) -> Result<(), NoAxis> {
-        self.give(device, axis, |unit| unit.owner)
+    pub fn release(&mut self, now: Instant, device: usize, axis: usize) -> Result<(), NoAxis> {
+        self.give(device, axis, |unit| unit.owner)?;
+        self.note_owner(now, device, axis, None);
+        Ok(())
     }
 
     /// Who alone may command an axis; `None` for everybody.
@@ -63,33 +69,40 @@ impl Core {
         Ok(())
     }
 
-    /// Takes note of the commands that were just written to a device.
+    /// Takes note of the commands that were just written to a device, and of those that it refused.
     pub(super) fn note_commands(&mut self, now: Instant, unit: usize) {
         let Self { units, modbus, audit, .. } = self;
         let Some(Unit { device, trail, .. }) = units.get_mut(unit) else { return };
         while let Some(commanded) = device.dictionary_mut().take_commanded() {
-            let Origin { bus, link, client } = commanded.origin;
-            let who = match bus {
-                od::Bus::CanOpen => Who::CanOpen(LinkId(link)),
-                od::Bus::Modbus => modbus.peer(client).map_or(Who::ModbusGone, Who::Modbus),
-                od::Bus::Local => Who::Local,
-            };
-            let dictionary = device.dictionary();
-            let Some(address) = dictionary.schema().address(commanded.slot) else { continue };
+            let Some(item) = item(device, commanded.origin, commanded.slot, commanded.raw) else { continue };
+            let who = who(modbus, commanded.origin);
             if commanded.has_changed {
-                trail.note(now, who, address, commanded.raw);
+                trail.note(now, who, item.address, commanded.raw);
             }
-            let data_type = dictionary.schema().entry(commanded.slot).map(|entry| entry.data_type);
-            let entry = AuditEntry {
-                at: now,
-                device: unit,
-                who,
-                node_id: (bus == od::Bus::CanOpen).then_some(client as u8),
-                address,
-                value: data_type.map_or(0, |data_type| data_type.integer(commanded.raw)),
-                what: What::Write,
-            };
-            audit.note(&commanded, entry);
+            audit.note_command((now, who, unit), &commanded, item);
+        }
+        while let Some(refused) = device.dictionary_mut().take_refused() {
+            let Some(item) = item(device, refused.origin, refused.slot, refused.raw) else { continue };
+            let (who, what) = (who(modbus, refused.origin), What::Refused(item, refused.code));
+            audit.note(AuditEntry { at: now, device: Some(unit), who, what, again: None });
         }
     }
+}
+
+/// Who an access comes from.
+fn who(modbus: &Modbus, Origin { bus, link, client }: Origin) -> Who {
+    match bus {
+        Bus::CanOpen => Who::CanOpen(LinkId(link)),
+        Bus::Modbus => modbus.peer(client).map_or(Who::ModbusGone, Who::Modbus),
+        Bus::Local => Who::Local,
+    }
+}
+
+/// What was written to a device.
+fn item(device: &Device, origin: Origin, slot: Slot, raw: u64) -> Option<Item> {
+    let schema = device.dictionary().schema();
+    let data_type = schema.entry(slot)?.data_type;
+    // The client of CANopen is the Node-ID.
+    let node_id = (origin.bus == Bus::CanOpen).then_some(origin.client as u8);
+    Some(Item { node_id, address: schema.address(slot)?, value: data_type.integer(raw) })
 }

@@ -17,7 +17,9 @@ impl Core {
         axis: usize,
         fault: PlantFault,
     ) -> Result<(), NoPlant> {
-        self.change_plant(now, device, |device| device.inject(now, axis, fault))
+        self.change_plant(now, device, |device| device.inject(now, axis, fault))?;
+        self.note_fault(now, device, axis, fault);
+        Ok(())
     }
 
     /// Repairs what is broken behind the axis of this number (from 0) of a device, by its position.
@@ -31,7 +33,9 @@ impl Core {
         axis: usize,
         repair: Repair,
     ) -> Result<(), NoPlant> {
-        self.change_plant(now, device, |device| device.repair(now, axis, repair))
+        self.change_plant(now, device, |device| device.repair(now, axis, repair))?;
+        self.note_repair(now, device, axis, repair);
+        Ok(())
     }
 
     /// Runs what is due before the change, and schedules the steps that it makes necessary.

@@ -12,7 +12,7 @@ use profiles::{Device, Profile, StoreOrder, Timing};
 
 use super::storage::Storing;
 use super::trail::Trail;
-use super::{Core, Hearer, LinkId, Plan};
+use super::{Core, Hearer, LinkId, Plan, Sender};
 
 /// A node and where it belongs.
 #[derive(Debug)]
@@ -114,8 +114,8 @@ impl Core {
                 self.resubscribed.push(*link);
             }
             // Whoever gets the number did not send what is still on the wire.
-            let own = self.wire.iter_mut().filter(|passing| passing.sender == Some(*number));
-            own.for_each(|passing| passing.sender = None);
+            let own = self.wire.iter_mut().filter(|passing| passing.sender == Sender::Member(*number));
+            own.for_each(|passing| passing.sender = Sender::Bus);
         }
         self.deadlines.set(device, None);
         self.orders.retain(|ordering| *ordering != device);

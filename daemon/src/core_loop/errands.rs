@@ -53,7 +53,7 @@ impl CoreLoop {
             Errand::Objects(task) => self.access(now, task),
             Errand::Claim(task) => {
                 let buses: Vec<&str> = self.links.iter().map(|link| link.name.as_str()).collect();
-                let outcome = task.order.carry_out(&mut self.core, &buses);
+                let outcome = task.order.carry_out(now, &mut self.core, &buses);
                 if outcome.is_ok() {
                     self.reporter.ordered(now, &self.core, &task.order.device, &task.order.change());
                 }
@@ -105,8 +105,11 @@ impl CoreLoop {
             Ok(device) => device,
             Err(unknown) => return task.conclude(Err(ObjectError::Unknown(unknown))),
         };
-        let ObjectOrder { node, writes, reads, authority, .. } = &task.order;
+        let ObjectOrder { node, writes, reads, authority, motion, .. } = &task.order;
         let node = *node;
+        if let Some((axis, goal)) = motion {
+            self.core.note_motion(now, device, *axis, *goal);
+        }
         if !writes.is_empty() {
             match self.core.write(now, device, node, writes, *authority) {
                 Ok(false) => {}
@@ -148,7 +151,7 @@ impl CoreLoop {
             return Err(format!("the interface of bus `{}` is not open", known.name));
         }
         known.send(now, Some(OPERATOR), frame);
-        self.core.handle_frame(now, link, frame);
+        self.core.handle_own_frame(now, link, frame);
         Ok(())
     }
 

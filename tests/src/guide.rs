@@ -23,8 +23,8 @@ use crate::{PATIENCE, TempDir, Vcan, free_port};
 
 /// How long a block of commands may take.
 const BLOCK_PATIENCE: Duration = Duration::from_secs(120);
-/// The port in our documents.
-const PORT: &str = "29536";
+/// The ports in our documents: of socketcand and of Modbus.
+const PORTS: [&str; 2] = ["29536", "5020"];
 /// The interface in our documents.
 const INTERFACE: &str = "vcan0";
 
@@ -106,13 +106,15 @@ pub fn tell(document: &str, place: Place<'_>, serving: Option<&str>) -> usize {
 struct Reader<'a> {
     dir: TempDir,
     place: Place<'a>,
-    port: String,
+    /// What stands for [`PORTS`] here.
+    ports: [String; 2],
     daemon: Option<Process>,
 }
 
 impl<'a> Reader<'a> {
     fn new(root: &Path, place: Place<'a>) -> Self {
-        let reader = Self { dir: TempDir::new(), place, port: free_port().to_string(), daemon: None };
+        let reader =
+            Self { dir: TempDir::new(), place, ports: PORTS.map(|_| free_port().to_string()), daemon: None };
         for name in [".venv", "config"] {
             std::os::unix::fs::symlink(root.join(name), reader.dir.path().join(name))
                 .expect("link to the project");
@@ -133,7 +135,8 @@ impl<'a> Reader<'a> {
 
     /// Text with what is otherwise here: a port that is free, and an interface of this test.
     fn here(&self, text: &str) -> String {
-        let text = text.replace(PORT, &self.port);
+        let ports = PORTS.into_iter().zip(&self.ports);
+        let text = ports.fold(text.to_owned(), |text, (port, own)| text.replace(port, own));
         match self.place {
             Place::Vcan(interface) => text.replace(INTERFACE, interface.name()),
             Place::Anywhere | Place::Package => text,
@@ -142,7 +145,8 @@ impl<'a> Reader<'a> {
 
     /// What bash is to do, with the programs under test as if they were installed.
     fn shell(&self, text: &str) -> Command {
-        let demo = format!("run --demo --socketcand 127.0.0.1:{}", self.port);
+        let [port, _] = &self.ports;
+        let demo = format!("run --demo --socketcand 127.0.0.1:{port}");
         let text = self.here(text).replace("cargo run --release -- ", "axisd ").replace("run --demo", &demo);
         let mut command = Command::new("bash");
         // Nobody is asked for a password, and an editor changes nothing.

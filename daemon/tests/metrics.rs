@@ -1,5 +1,6 @@
 //! Metrics over HTTP, with a core loop that the test plays.
 
+use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
@@ -10,7 +11,8 @@ use std::time::Duration;
 use daemon::alarm::Alarm;
 use daemon::control::board;
 use daemon::latency::Histogram;
-use daemon::status::{Axis, Bus, Device, Fault, Histograms, Node, Status};
+use daemon::reload::Report;
+use daemon::status::{Axis, Bus, Device, Fault, Histograms, Listener, Modbus, Node, Status};
 use daemon::{metrics, services};
 use od::Instant;
 
@@ -107,6 +109,22 @@ fn metrics_say_what_the_status_says() {
     ] {
         assert!(text.lines().any(|known| known == line), "{line}\n{text}");
     }
+}
+
+#[test]
+fn every_metric_is_in_the_document_and_no_other_one() {
+    let status = status();
+    let histograms = Histograms { turns: Some(Histogram::default()), ..status.histograms.clone() };
+    let modbus = Modbus { listeners: vec![Listener::default()], ..Modbus::default() };
+    let reload = Some(Report::default());
+    let page = metrics::text(&Status { histograms, modbus, lost_audit: Some(0), reload, ..status });
+    let told: BTreeSet<&str> =
+        page.lines().filter_map(|line| line.strip_prefix("# TYPE ")?.split(' ').next()).collect();
+    let document = include_str!("../../docs/operation.md");
+    let documented: BTreeSet<&str> =
+        document.lines().filter_map(|line| line.strip_prefix("| `axisd_")?.split('`').next()).collect();
+    let told: BTreeSet<&str> = told.iter().filter_map(|name| name.strip_prefix("axisd_")).collect();
+    assert_eq!(told, documented);
 }
 
 #[test]

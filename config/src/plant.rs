@@ -4,8 +4,8 @@ use core::ops::RangeInclusive;
 
 use profiles::reader::{Node, Spanned, Table};
 use profiles::{
-    INPUT_WORDS, Input, NoiseSetup, PlantFault, PlantSetup, Position, PositionRange, Report, ScheduledFault,
-    Supply, SupplySetup, UnknownFault, Velocity, Voltage,
+    ANALOG_INPUT_V, EXTERNAL_ENCODER_COUNTS_PER_S, INPUT_WORDS, Input, NoiseSetup, PlantFault, PlantSetup,
+    Position, PositionRange, Report, ScheduledFault, Supply, SupplySetup, UnknownFault, Velocity, Voltage,
 };
 
 /// Where something may be, in counts: all that 0x6064 can show.
@@ -18,10 +18,6 @@ const TORQUES: RangeInclusive<f64> = -1e5..=1e5;
 const AMOUNTS: RangeInclusive<f64> = 0.0..=1e5;
 /// Voltages in V; a source or a threshold of zero is none.
 const VOLTAGES: RangeInclusive<f64> = 1.0..=1e5;
-/// Voltages of either sign that an analogue input stands, in V.
-const INPUTS: RangeInclusive<f64> = -32.0..=32.0;
-/// Speeds of either direction, in counts/s.
-const SPEEDS: RangeInclusive<f64> = -1e9..=1e9;
 /// Capacitances in F.
 const CAPACITANCES: RangeInclusive<f64> = 1e-6..=100.0;
 /// Times of the plant, in s.
@@ -46,8 +42,10 @@ pub(crate) fn read(device: &mut Table<'_, '_>) -> PlantSetup {
         hysteresis: length(&mut table, "hysteresis_counts"),
         stops: range(&mut table, "stops_counts"),
         active_low: active_low(&mut table),
-        analog_input: table.get_in("analog_input_v", INPUTS).map(Voltage),
-        external_encoder: table.get_in("external_encoder_counts_per_s", SPEEDS).map(Velocity),
+        analog_input: table.get_in("analog_input_v", ANALOG_INPUT_V).map(Voltage),
+        external_encoder: table
+            .get_in("external_encoder_counts_per_s", EXTERNAL_ENCODER_COUNTS_PER_S)
+            .map(Velocity),
         supply: supply(&mut table),
         noise: NoiseSetup {
             encoder: table.get_in("encoder_noise_counts", LENGTHS),

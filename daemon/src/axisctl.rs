@@ -18,7 +18,7 @@ use crate::commands::print;
 use crate::control::{self, Request, Response, place_of_instance};
 use crate::reload::Report;
 use client::Client;
-use command_line::{Cli, Command, Fault, Nmt};
+use command_line::{Cli, Command, Fault, Nmt, Signal};
 
 pub use command_line::command;
 
@@ -41,6 +41,7 @@ pub fn main() -> ExitCode {
         Command::Lss(lss) => show_slave(&client, output, &lss.into()),
         Command::Dump(dump) => dump::run(&client, output, &dump),
         Command::Fault(fault) => show_faults(&client, output, fault),
+        Command::Signal(signal) => show_signals(&client, output, signal),
         Command::Reload => reload(&client, output),
         Command::Log { change } => show_log(&client, output, change),
         Command::Audit { count } => show_audit(&client, output, count),
@@ -77,6 +78,18 @@ fn show_faults(client: &Client, output: Output, fault: Fault) -> Result<(), Fail
     };
     match client.ask(&request)? {
         Response::Faults(faults) => output.print(&faults, |faults| control::text(faults)),
+        other => Err(refusal(other)),
+    }
+}
+
+/// Sets what is asked and shows what then comes to the axes.
+fn show_signals(client: &Client, output: Output, signal: Signal) -> Result<(), Failure> {
+    let request = match signal {
+        Signal::Set { device, signal, axis } => Request::SignalSet { device, axis, signal },
+        Signal::List { device } => Request::SignalList { device },
+    };
+    match client.ask(&request)? {
+        Response::Signals(signals) => output.print(&signals, |signals| control::signals_text(signals)),
         other => Err(refusal(other)),
     }
 }
@@ -145,6 +158,7 @@ fn refusal(response: Response) -> Failure {
         Response::Version(_)
         | Response::Status(_)
         | Response::Faults(_)
+        | Response::Signals(_)
         | Response::Reload(_)
         | Response::Log(_)
         | Response::Audit(_)

@@ -21,6 +21,7 @@ mod place;
 mod request;
 mod server;
 mod sheet;
+mod signals;
 mod traffic;
 
 pub use board::{Publisher, Reader, board};
@@ -41,6 +42,7 @@ pub use place::{ControlSocket, place_of_instance, places_to_ask, places_to_serve
 pub use request::{NMT_COMMANDS, PROTOCOL, Request, Response, Version};
 pub use server::{ToCore, serve};
 pub use sheet::DataSheet;
+pub use signals::{AxisSignals, SignalOrder, signals_text};
 pub use traffic::Traffic;
 
 pub use crate::link::Tap;

@@ -10,7 +10,7 @@ use common::{Bench, LINK};
 use daemon::core::{Again, AuditEntry, Item, LinkId, What, Who};
 use daemon::motion::Goal;
 use od::{AbortCode, Address, Bus, Owner};
-use profiles::{PlantFault, Profile, Repair};
+use profiles::{PlantFault, Profile, Repair, Signal};
 
 fn bench(profile: &str) -> Bench {
     let profile = Arc::new(Profile::embedded(profile, None).unwrap().unwrap());
@@ -177,6 +177,8 @@ fn what_an_operator_orders_is_kept_whatever_comes_of_it() {
     let owner = Owner { bus: Bus::Modbus, link: None };
     bench.core.inject(now, 1, axis, fault).unwrap();
     bench.core.repair(now, 1, axis, Repair::All).unwrap();
+    let signal: Signal = "analog-input:2.5".parse().unwrap();
+    bench.core.set_signal(now, 1, axis, signal).unwrap();
     bench.core.claim(now, 1, axis, owner).unwrap();
     bench.core.release(now, 1, axis).unwrap();
     bench.core.note_motion(now, 1, axis, Goal::Stop);
@@ -190,6 +192,7 @@ fn what_an_operator_orders_is_kept_whatever_comes_of_it() {
     let expected = [
         (Some(1), What::Inject(axis, fault)),
         (Some(1), What::Repair(axis, Repair::All)),
+        (Some(1), What::Signal(axis, signal)),
         (Some(1), What::Claim(axis, owner)),
         (Some(1), What::Release(axis, None)),
         (Some(1), What::Motion(axis, Goal::Stop)),

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use common::Bench;
-use daemon::control::{AxisFaults, Order, Outcome, text};
+use daemon::control::{AxisFaults, AxisSignals, Order, Outcome, SignalOrder, signals_text, text};
 use daemon::core::{Core, LinkId, Plan};
 use daemon::status::{Status, devices};
-use od::Instant;
+use od::{Address, Instant};
 use profiles::{PlantSetup, Profile, ScheduledFault};
 
 const MILLISECOND: Duration = Duration::from_millis(1);
@@ -177,4 +177,32 @@ fn the_list_is_a_table() {
         text(&axes),
         "DEVICE  AXIS  FAULTS\nx-axis     1  blocked-shaft, supply-dip:10\ny          2  -\n"
     );
+}
+
+#[test]
+fn a_signal_that_is_set_reaches_the_motor_and_a_wrong_order_changes_nothing() {
+    /// ANINP, 512 for 5 V.
+    const ANALOG_INPUT: Address = Address::new(0x2012, 122);
+    let mut bench = Bench::of(&profile("jvl-mac00-fc4"), &[&[(0, 1)]]);
+    bench.run(100 * MILLISECOND);
+    let mut set = |axis, signal: &str| {
+        let order = SignalOrder::Set { device: "x".to_owned(), axis, signal: signal.parse().unwrap() };
+        order.carry_out(bench.now, &mut bench.core)
+    };
+    let expected = AxisSignals {
+        device: "x".to_owned(),
+        axis: 1,
+        analog_input_v: 5.0,
+        external_encoder_counts_per_s: -4000.0,
+    };
+    assert_eq!(set(None, "external-encoder:-4000").map(|axes| axes.len()), Ok(1));
+    assert_eq!(set(Some(2), "analog-input:1"), Err("device `x` has no axis 2, only axis 1".to_owned()));
+    let told = set(Some(1), "analog-input:5").unwrap();
+    assert_eq!(told, [expected]);
+    assert_eq!(
+        signals_text(&told),
+        "DEVICE  AXIS  ANALOG INPUT  EXTERNAL ENCODER\nx          1           5 V           -4000/s\n"
+    );
+    bench.run(10 * MILLISECOND);
+    assert_eq!(bench.core.read(0, 0, ANALOG_INPUT).unwrap().raw(), 512);
 }

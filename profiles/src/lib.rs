@@ -35,6 +35,9 @@ pub use error_code::error_text;
 pub use file::reader;
 pub use mac4::{CardType, Instruction, Mode as Mac4Mode, OverallStatus, SystemStatus, UserStatus};
 pub use motor::{Motor, MotorData, MotorKind, StepperMotor};
-pub use plant::{INPUT_WORDS, NoiseSetup, PlantFault, PlantSetup, Repair, SupplySetup, UnknownFault};
+pub use plant::{
+    ANALOG_INPUT_V, EXTERNAL_ENCODER_COUNTS_PER_S, INPUT_WORDS, NoiseSetup, PlantFault, PlantSetup, Repair,
+    Signal, SupplySetup, UnknownFault, UnknownSignal,
+};
 pub use profile::{Bound, Dialect, Identity, Later, Profile, Timing};
 pub use register::{Behind, Format, Register, RegisterFile, RegisterList, Role, Space, UnknownRole};

@@ -1,12 +1,14 @@
 //! What a user makes of the simulated plant behind an axis, and how it is broken.
 
 mod fault;
+mod signal;
 
 use axis::{
     DcLink, Input, Noise, PlantConfig, Position, PositionRange, ScheduledFault, Supply, Velocity, Voltage,
 };
 
 pub use fault::{INPUT_WORDS, PlantFault, Repair, UnknownFault};
+pub use signal::{ANALOG_INPUT_V, EXTERNAL_ENCODER_COUNTS_PER_S, Signal, UnknownSignal};
 
 /// Differences from the plant that belongs to the motor; what is `None` stays as it is there. Places are those of
 /// the motor's encoder and, like all lengths, in counts. What makes no sense counts as not given.

@@ -138,6 +138,7 @@ impl<'n> Line<'n> {
             What::Release(axis, owner) => order("release", axis, owner_name(owner)),
             What::Inject(axis, fault) => order("fault-inject", axis, fault.to_string()),
             What::Repair(axis, repair) => order("fault-clear", axis, words::repair(repair)),
+            What::Signal(axis, signal) => order("signal-set", axis, signal.to_string()),
             What::Motion(axis, goal) => {
                 let (event, words) = words::motion(goal);
                 order(event, axis, words)

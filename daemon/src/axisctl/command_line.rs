@@ -69,6 +69,9 @@ pub(super) enum Command {
     /// Break and repair the simulated machine behind the axes
     #[command(subcommand)]
     Fault(Fault),
+    /// Set and show what comes to simulated axes from outside: analogue inputs, external encoders
+    #[command(subcommand)]
+    Signal(Signal),
     /// Take the configuration as its file now says, and show what that changed; what did not change is not touched
     Reload,
     /// Show how much is logged, or change it while the daemon runs
@@ -389,6 +392,25 @@ pub(super) enum Fault {
         axis: Option<usize>,
     },
     /// Show what is broken
+    List {
+        /// Name of the device [default: every device]
+        device: Option<String>,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Signal {
+    /// Set a signal: analog-input:VOLTS, external-encoder:COUNTS_PER_SECOND
+    Set {
+        /// Name of the device
+        device: String,
+        /// What it is to be, such as analog-input:2.5
+        signal: String,
+        /// Number of the axis, from 1 [default: every axis of the device]
+        #[arg(long, value_name = "N")]
+        axis: Option<usize>,
+    },
+    /// Show what comes to axes
     List {
         /// Name of the device [default: every device]
         device: Option<String>,

@@ -11,6 +11,7 @@ use thiserror::Error;
 use super::faults::{Order, Outcome};
 use super::orders::Task;
 use super::owners::{AxisOwner, Claim};
+use super::signals::{AxisSignals, SignalOrder};
 use crate::core::{Authority, LinkId, WriteRefused};
 use crate::dump::Known;
 use crate::link::Tap;
@@ -21,6 +22,8 @@ use crate::motion::Goal;
 pub enum Errand {
     /// Faults of the simulated plants.
     Faults(Task<Order, Outcome>),
+    /// Signals to simulated axes.
+    Signals(Task<SignalOrder, Result<Vec<AxisSignals>, String>>),
     /// What the device of this name is; without one, all devices.
     Describe(Task<Option<String>, Result<Vec<Described>, String>>),
     /// Write and read objects.

@@ -151,6 +151,8 @@ async fn movers(orders: &Orders, request: Request) -> Result<Vec<Mover>, String>
         | Request::FaultInject { .. }
         | Request::FaultClear { .. }
         | Request::FaultList { .. }
+        | Request::SignalSet { .. }
+        | Request::SignalList { .. }
         | Request::Reload {}
         | Request::Log { .. }
         | Request::Audit { .. }

@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 use canopen::NmtCommand;
 use serde::{Deserialize, Serialize};
 
-use super::{AxisFaults, AxisOwner, Commanded, DataSheet, Ended, LssResult, ObjectValue, Progress, Traffic};
+use super::{
+    AxisFaults, AxisOwner, AxisSignals, Commanded, DataSheet, Ended, LssResult, ObjectValue, Progress,
+    Traffic,
+};
 use crate::reload::Report;
 use crate::status::Status;
 
@@ -51,6 +54,22 @@ pub enum Request {
     },
     /// What is broken in the simulated plants.
     FaultList {
+        /// Name of the device; all devices without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        device: Option<String>,
+    },
+    /// Set what comes to a simulated axis from outside of its machine.
+    SignalSet {
+        /// Name of the device.
+        device: String,
+        /// Number of the axis, from 1; all of the device without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        axis: Option<usize>,
+        /// What it is to be, such as `analog-input:2.5`.
+        signal: String,
+    },
+    /// What comes to the simulated axes.
+    SignalList {
         /// Name of the device; all devices without it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         device: Option<String>,
@@ -228,6 +247,8 @@ pub enum Response {
     Status(Status),
     /// What is broken now behind each axis that was asked about.
     Faults(Vec<AxisFaults>),
+    /// What comes to each axis that was asked about.
+    Signals(Vec<AxisSignals>),
     /// What came of a reload.
     Reload(Report),
     /// How much each module of the log says.

@@ -5,6 +5,7 @@ use std::io;
 use std::os::unix::net;
 use std::sync::Arc;
 
+use profiles::UnknownSignal;
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::Semaphore;
@@ -13,7 +14,7 @@ use tokio::time::{sleep, timeout};
 use super::errand::{Errand, NmtOrder, Target};
 use super::objects::Objects;
 use super::request::{NMT_COMMANDS, PROTOCOL, Version};
-use super::{Claim, Operation, Order, Orders, Reader, Request, Response, lss, motion, traffic};
+use super::{Claim, Operation, Order, Orders, Reader, Request, Response, SignalOrder, lss, motion, traffic};
 use crate::clock::Clock;
 
 /// Clients at the same time.
@@ -157,6 +158,15 @@ async fn answer(request: Request, to_core: &mut ToCore) -> Result<Response, Stri
             fault.parse().map(|repair| Order::Repair { device, axis, repair })
         }
         Request::FaultList { device } => Ok(Order::List { device }),
+        Request::SignalSet { device, axis, signal } => {
+            let signal = signal.parse().map_err(|unknown: UnknownSignal| unknown.to_string())?;
+            let order = SignalOrder::Set { device, axis, signal };
+            return orders.place(Errand::Signals, order).await?.map(Response::Signals);
+        }
+        Request::SignalList { device } => {
+            let order = SignalOrder::List { device };
+            return orders.place(Errand::Signals, order).await?.map(Response::Signals);
+        }
         // They have answers of many lines.
         Request::Move { .. }
         | Request::Jog { .. }

@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 
 use canopen::NetworkOrder;
 use od::{AbortCode, Address, Commanded, Instant, Owner, Slot};
-use profiles::{Binding, PlantFault, Profile, Repair, Role};
+use profiles::{Binding, PlantFault, Profile, Repair, Role, Signal};
 
 use super::trail::Who;
 use super::{Core, LinkId};
@@ -81,6 +81,8 @@ pub enum What {
     Inject(usize, PlantFault),
     /// Something was repaired there.
     Repair(usize, Repair),
+    /// Something else comes to an axis from outside of its machine.
+    Signal(usize, Signal),
     /// An operator has an axis moved, or stopped.
     Motion(usize, Goal),
 }

@@ -1,7 +1,7 @@
-//! Breaking and repairing what is simulated behind the axes.
+//! Breaking and repairing what is simulated behind the axes, and what comes to them from outside.
 
 use od::Instant;
-use profiles::{Device, NoPlant, PlantFault, Repair};
+use profiles::{Device, NoPlant, PlantFault, Repair, Signal};
 
 use super::{Core, Unit};
 
@@ -35,6 +35,22 @@ impl Core {
     ) -> Result<(), NoPlant> {
         self.change_plant(now, device, |device| device.repair(now, axis, repair))?;
         self.note_repair(now, device, axis, repair);
+        Ok(())
+    }
+
+    /// Sets what comes from outside to the axis of this number (from 0) of a device, by its position.
+    ///
+    /// # Errors
+    /// There is no such axis.
+    pub fn set_signal(
+        &mut self,
+        now: Instant,
+        device: usize,
+        axis: usize,
+        signal: Signal,
+    ) -> Result<(), NoPlant> {
+        self.change_plant(now, device, |device| device.set_signal(now, axis, signal))?;
+        self.note_signal(now, device, axis, signal);
         Ok(())
     }
 

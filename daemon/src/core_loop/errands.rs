@@ -46,6 +46,13 @@ impl CoreLoop {
                 }
                 task.conclude(outcome);
             }
+            Errand::Signals(task) => {
+                let outcome = task.order.carry_out(now, &mut self.core);
+                if let (Ok(_), Some((device, change))) = (&outcome, task.order.change()) {
+                    self.reporter.ordered(now, &self.core, device, &change);
+                }
+                task.conclude(outcome);
+            }
             Errand::Describe(task) => {
                 let described = self.describe(task.order.as_deref());
                 task.conclude(described);

@@ -1,10 +1,10 @@
-//! Breaking and repairing the simulated plants of a device.
+//! Breaking and repairing the simulated plants of a device, and what comes to its axes from outside.
 
 use od::Instant;
 use thiserror::Error;
 
 use super::Device;
-use crate::{PlantFault, Repair};
+use crate::{PlantFault, Repair, Signal, Velocity, Voltage};
 
 /// There is no such axis, or it is no simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -40,6 +40,27 @@ impl Device {
         }
         unit.schedule(now);
         Ok(())
+    }
+
+    /// Sets what comes to the axis of this number (from 0) from outside of its machine.
+    ///
+    /// # Errors
+    /// There is no such axis.
+    pub fn set_signal(&mut self, now: Instant, axis: usize, signal: Signal) -> Result<(), NoPlant> {
+        if axis >= self.units.len() {
+            return Err(NoPlant);
+        }
+        match signal {
+            Signal::AnalogInput(voltage) => self.set_analog_input(axis, voltage, now),
+            Signal::ExternalEncoder(velocity) => self.set_external_encoder(axis, velocity, now),
+        }
+        Ok(())
+    }
+
+    /// The voltage at the analogue input of the axis of this number (from 0), and the speed of its external encoder.
+    #[must_use]
+    pub fn signals(&self, axis: usize) -> Option<(Voltage, Velocity)> {
+        self.units.get(axis).map(|unit| (unit.analog_input, unit.external_encoder))
     }
 
     /// What is broken behind the axis of this number (from 0), by order or by schedule.

@@ -2,7 +2,7 @@
 
 use canopen::NetworkOrder;
 use od::{Instant, Owner};
-use profiles::{PlantFault, Repair};
+use profiles::{PlantFault, Repair, Signal};
 
 use super::{AuditEntry, What};
 use crate::core::{Core, Hearer, Passing, Sender, Who};
@@ -40,6 +40,10 @@ impl Core {
 
     pub(in crate::core) fn note_repair(&mut self, now: Instant, device: usize, axis: usize, repair: Repair) {
         self.note_order(now, device, What::Repair(axis, repair));
+    }
+
+    pub(in crate::core) fn note_signal(&mut self, now: Instant, device: usize, axis: usize, signal: Signal) {
+        self.note_order(now, device, What::Signal(axis, signal));
     }
 
     fn note_order(&mut self, at: Instant, device: usize, what: What) {

@@ -85,6 +85,7 @@ impl Run {
             | What::Release(..)
             | What::Inject(..)
             | What::Repair(..)
+            | What::Signal(..)
             | What::Motion(..) => silent.min(self.since + LONGEST),
         }
     }

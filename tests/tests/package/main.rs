@@ -1,5 +1,6 @@
 //! The Debian package, as a stranger meets it on a machine with systemd.
 
+mod journal;
 mod life;
 mod restrictions;
 

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use tests::{Bus, Client, Daemon, TempDir, axisctl, axisctl_command, config, free_port};
+use tests::{Bus, Client, Daemon, TempDir, axisctl, axisctl_command, config, free_port, run_python};
 
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -125,6 +125,55 @@ impl Session {
         let output = axisctl(&["--socket", &self.socket, "od", "read", self.probe, "6041"]);
         assert!(output.status.success());
     }
+}
+
+#[test]
+fn every_verb_prints_json_and_long_ones_their_progress() {
+    const VERBS: [&str; 20] = [
+        "status",
+        "watch --interval 0.05 --count 2",
+        "od list axis1 velocity",
+        "od read axis1 statusword",
+        "od read axis1 6041",
+        "od write axis1 0x6083:00 200000",
+        "move axis1 20000 --velocity 20000",
+        "jog axis1 1000 --time 0.5",
+        "stop axis1",
+        "home axis1 --method 33",
+        "fault inject axis2 supply-dip:40",
+        "fault list",
+        "fault clear axis2 all",
+        "nmt axis1 start",
+        "lss inquire 279:256:0x10003:0xA0C28D1F",
+        "dump --file docs/candump.log --config config/examples/demo.toml",
+        "claim axis1 --for local",
+        "log",
+        "audit",
+        "version",
+    ];
+    let dir = TempDir::new();
+    let (mut daemon, socket) = demo(&dir);
+    for (number, verb) in VERBS.into_iter().enumerate() {
+        let mut command = axisctl_command(&["--socket", &socket, "--json"]);
+        let output = command.args(verb.split(' ')).current_dir(root()).output().unwrap();
+        assert!(output.status.success(), "{verb}: {output:?}");
+        dir.write(&format!("{number}.json"), std::str::from_utf8(&output.stdout).unwrap());
+    }
+    daemon.terminate();
+    daemon.wait_until_stopped();
+    // The status is one object over several lines, all else an object or a list on each line.
+    let told = run_python(&format!(
+        "import json\n\
+         for number in range({}):\n    \
+             text = open(f'{}/{{number}}.json').read()\n    \
+             answers = [json.loads(text)] if number == 0 else [json.loads(line) for line in text.splitlines()]\n    \
+             assert answers, number\n    \
+             print(*(next(iter(a)) for a in (answers[0], answers[-1]) if number in (6, 7)))",
+        VERBS.len(),
+        dir.path().display()
+    ));
+    let told: Vec<&str> = told.lines().filter(|line| !line.is_empty()).collect();
+    assert_eq!(told, ["progress done"; 2], "of move and jog");
 }
 
 /// Every command of the documented session, and what it is said to print. `UPDATE_DOCS=1` writes down what it prints now.

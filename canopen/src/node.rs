@@ -228,6 +228,15 @@ impl Node {
         self.services.iter().map(|(id, _)| *id)
     }
 
+    /// Whether all that this node sends with this identifier are the values of one TPDO, so that a newer frame tells whatever
+    /// an older one told. A multiplexed PDO is not meant: each of its frames is about another object.
+    #[must_use]
+    pub fn is_tpdo(&self, id: Id) -> bool {
+        let services = [objects::COB_ID_SYNC, objects::COB_ID_TIME, objects::COB_ID_EMCY];
+        let mut others = services.into_iter().filter_map(|index| objects::cob_id(&self.communication, index));
+        self.pdos.is_tpdo(id) && !others.any(|cob_id| cob_id.id() == id) && !self.sdo.answers_with(id)
+    }
+
     /// Powers on: sends the boot-up message and enters PRE-OPERATIONAL, if it has a Node-ID.
     pub fn start(&mut self, now: Instant, application: &Dictionary) {
         self.boot(now, application.schema());

@@ -192,6 +192,12 @@ impl Pdos {
         }
     }
 
+    /// Whether exactly one TPDO has this identifier, and it is no multiplexed one.
+    pub(crate) fn is_tpdo(&self, id: Id) -> bool {
+        let mut own = self.transmit.iter().filter(|t| t.cob_id.is_valid() && t.cob_id.id() == id);
+        own.next().is_some_and(|tpdo| tpdo.mode.is_none()) && own.next().is_none()
+    }
+
     /// Position and identifier of every active RPDO.
     pub(crate) fn rpdo_ids(&self) -> impl Iterator<Item = (usize, Id)> {
         let rpdos = self.receive.iter().enumerate().filter(|(_, r)| r.is_active());

@@ -423,3 +423,10 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn no_frame_of_a_multiplexed_pdo_stands_for_another_one() {
+    let mut bench = bench();
+    multiplex(&mut bench, 0x1800, 0x181, 0xFE);
+    assert!(!bench.node.is_tpdo(frame_of("181#").id));
+}

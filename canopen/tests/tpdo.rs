@@ -5,6 +5,7 @@ mod bench;
 use core::time::Duration;
 
 use bench::Bench;
+use canopen::Id;
 
 /// A node in OPERATIONAL with TPDO 3 as told, carrying input 3, and no other TPDO.
 fn with_tpdo(transmission: u8, inhibit: u32, event_timer: u32) -> Bench {
@@ -472,4 +473,23 @@ fn the_start_value_of_a_valid_tpdo_stays() {
         < 581#8002180630000906
         ",
     );
+}
+
+#[test]
+fn only_what_carries_nothing_but_the_values_of_one_tpdo_may_be_replaced_by_a_newer_one() {
+    let mut bench = with_tpdo(255, 0, 0);
+    let is_tpdo = |bench: &Bench, id| bench.node.is_tpdo(Id::Standard(id));
+    assert!(is_tpdo(&bench, 0x381));
+    for id in [0x000, 0x080, 0x081, 0x181, 0x281, 0x201, 0x581, 0x701] {
+        assert!(!is_tpdo(&bench, id), "{id:03X}");
+    }
+    // An identifier that two services share.
+    bench.configure("1802:01", 0x8000_0381);
+    bench.configure("1802:01", 0x81);
+    assert!(!is_tpdo(&bench, 0x81));
+    bench.configure("1014:00", 0x8000_0081);
+    bench.configure("1014:00", 0x82);
+    assert!(is_tpdo(&bench, 0x81));
+    bench.configure("1800:01", 0x81);
+    assert!(!is_tpdo(&bench, 0x81));
 }

@@ -279,6 +279,12 @@ impl Core {
         self.routers.get(usize::from(link.0)).into_iter().flat_map(Router::ids)
     }
 
+    /// Whether one of our nodes on `link` sends the values of a TPDO with this identifier, and nothing else.
+    #[must_use]
+    pub fn is_pdo(&self, link: LinkId, id: Id) -> bool {
+        self.network(link).any(|(_, node)| node.is_tpdo(id))
+    }
+
     /// Lets every axis ramp down and switch off.
     pub fn shut_down(&mut self, now: Instant) {
         for unit in 0..self.units.end() {

@@ -23,7 +23,7 @@ use crate::audit::Trail;
 use crate::clock::Clock;
 use crate::control::{Inbox, ObjectTask, Publisher};
 use crate::core::{Core, LinkId};
-use crate::link::{LONGEST_BLOCK, Link, Patience, Received, SocketCan};
+use crate::link::{Kind, LONGEST_BLOCK, Link, Patience, Received, SocketCan};
 use crate::modbus_tcp::Sockets;
 use crate::reporter::Reporter;
 use crate::service_manager::{ServiceManager, Watchdog};
@@ -270,7 +270,7 @@ impl CoreLoop {
             let Ok(Inbound { link, client, at, frame }) = self.clients.try_recv() else { return false };
             self.times.arrived(at);
             if let Some(link) = self.links.get_mut(usize::from(link.0)) {
-                link.send(now, Some(client), &frame);
+                link.pass_on(now, client, &frame);
             }
             self.core.handle_frame(now, link, &frame);
         }
@@ -289,20 +289,28 @@ impl CoreLoop {
             self.subscribe(now, usize::from(link.0));
             self.show_nodes(link);
         }
-        while let Some((link, frame)) = self.core.poll_transmit() {
-            if let Some(link) = self.links.get_mut(usize::from(link.0)) {
-                link.send(now, None, &frame);
+        let mut is_lost = false;
+        while let Some((number, frame)) = self.core.poll_transmit() {
+            let position = usize::from(number.0);
+            let Some(link) = self.links.get_mut(position) else { continue };
+            let is_pdo = link.is_stuck() && self.core.is_pdo(number, frame.id);
+            link.send(now, &frame, if is_pdo { Kind::Pdo } else { Kind::Ours });
+            if link.is_full() {
+                is_lost |= self.flush(now, position);
             }
         }
-        let mut is_lost = false;
         for position in 0..self.links.len() {
-            let interface = self.links.get_mut(position).and_then(|link| link.interface.as_mut());
-            if let Some(Err(error)) = interface.map(|interface| interface.flush(now)) {
-                self.lose(now, position, &error);
-                is_lost = true;
-            }
+            is_lost |= self.flush(now, position);
         }
         is_lost
+    }
+
+    /// Hands what waits to the interface of a link; whether that was lost.
+    fn flush(&mut self, now: Instant, position: usize) -> bool {
+        let interface = self.links.get_mut(position).and_then(|link| link.interface.as_mut());
+        let Some(Err(error)) = interface.map(|interface| interface.flush(now)) else { return false };
+        self.lose(now, position, &error);
+        true
     }
 
     fn do_what_is_due(&mut self, now: Instant) {

@@ -3,6 +3,7 @@
 mod gauge;
 mod kinds;
 mod load;
+mod queue;
 mod socketcan;
 mod stopwatch;
 mod tap;
@@ -20,6 +21,7 @@ use crate::socketcand::Passed;
 pub(crate) use gauge::{Gauge, measure};
 pub(crate) use kinds::Kinds;
 pub(crate) use load::Load;
+pub(crate) use queue::Kind;
 pub(crate) use socketcan::{LONGEST_BLOCK, Patience, Received, SocketCan};
 pub use tap::Tap;
 pub(crate) use tap::{Record, Watch, tap};
@@ -79,17 +81,37 @@ impl Link {
         self.clients = clients;
     }
 
-    /// Sends a frame, of a client if `sender` says so, to everybody outside but its sender.
-    pub(crate) fn send(&mut self, at: Instant, sender: Option<u64>, frame: &Frame) {
-        let [received, sent] = &mut self.kinds;
-        let (count, kinds) =
-            if sender.is_some() { (&mut self.received, received) } else { (&mut self.sent, sent) };
-        *count += 1;
-        kinds.count(frame);
+    /// Sends a frame of one of our nodes to everybody outside.
+    pub(crate) fn send(&mut self, at: Instant, frame: &Frame, kind: Kind) {
+        self.sent += 1;
+        let [_, sent] = &mut self.kinds;
+        sent.count(frame);
         if let Some(interface) = &mut self.interface {
-            interface.queue(frame);
+            interface.queue(frame, kind);
         }
-        self.show(at, sender, frame, sender.is_none());
+        self.show(at, None, frame, true);
+    }
+
+    /// Sends a frame of a client on to everybody outside but that client.
+    pub(crate) fn pass_on(&mut self, at: Instant, client: u64, frame: &Frame) {
+        self.received += 1;
+        let [received, _] = &mut self.kinds;
+        received.count(frame);
+        if let Some(interface) = &mut self.interface {
+            interface.queue(frame, Kind::Foreign);
+        }
+        self.show(at, Some(client), frame, false);
+    }
+
+    /// Whether the interface has no room, so that it matters what is a PDO.
+    pub(crate) fn is_stuck(&self) -> bool {
+        self.interface.as_ref().is_some_and(|interface| interface.waiting().is_stuck())
+    }
+
+    /// Whether so many frames are to be sent that the interface must have some before there is room for more.
+    pub(crate) fn is_full(&self) -> bool {
+        let waiting = self.interface.as_ref().map(SocketCan::waiting);
+        waiting.is_some_and(|waiting| waiting.is_full() && !waiting.is_stuck())
     }
 
     /// Takes note of a frame from the interface.

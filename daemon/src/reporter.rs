@@ -61,7 +61,7 @@ impl Reporter {
             let Some(interface) = link.interface.as_ref().filter(|interface| interface.fd().is_some()) else {
                 continue;
             };
-            let unsent = interface.losses().unsent;
+            let unsent = interface.waiting().dropped();
             if unsent > *known && self.limiter.admit(now, Subject::Bus(number), "unsent").is_some() {
                 let bus = &*link.name;
                 warn!(target: BUS, bus, "bus {bus}: {} frames could not be sent", unsent - *known);

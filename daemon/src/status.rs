@@ -98,6 +98,9 @@ pub struct Bus {
     /// Frames that wait for room in the interface.
     #[serde(default)]
     pub waiting: u64,
+    /// PDOs that waited for it until newer ones of the same COB-ID took their places.
+    #[serde(default)]
+    pub replaced: u64,
     /// Frames from others by what they are for.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub received_kinds: BTreeMap<String, u64>,

@@ -81,6 +81,11 @@ impl Connections {
         connections.filter_map(|(position, connection)| Some((position, connection.ids?.0)))
     }
 
+    /// Whether a server that is on answers with this identifier.
+    pub(crate) fn answers_with(&self, id: Id) -> bool {
+        self.0.iter().filter_map(|connection| connection.ids).any(|(_, answer)| answer == id)
+    }
+
     /// Ends every transfer without a word.
     pub(crate) fn reset(&mut self) {
         self.0.iter_mut().for_each(|connection| connection.server.reset());

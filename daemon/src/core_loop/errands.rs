@@ -157,7 +157,7 @@ impl CoreLoop {
         if known.interface.as_ref().is_some_and(|interface| interface.fd().is_none()) {
             return Err(format!("the interface of bus `{}` is not open", known.name));
         }
-        known.send(now, Some(OPERATOR), frame);
+        known.pass_on(now, OPERATOR, frame);
         self.core.handle_own_frame(now, link, frame);
         Ok(())
     }

@@ -4,7 +4,6 @@
 //! is dropped and counted.
 
 use core::time::Duration;
-use std::collections::VecDeque;
 use std::io::{self, IoSlice};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
 use std::sync::Arc;
@@ -17,6 +16,7 @@ use nix::sys::socket::{MsgFlags, MultiHeaders, send, sendmmsg, setsockopt};
 use od::Instant;
 
 use super::gauge::Gauge;
+use super::queue::{Kind, Queue};
 use super::stopwatch::Stopwatch;
 use super::wire_format::{
     self, EXTENDED, EXTENDED_MASK, Message, REMOTE, SIZE, STANDARD_MASK, STATE_CLASSES,
@@ -27,8 +27,6 @@ use crate::sys::{self, BATCH};
 /// How long [`Patience::Block`] waits for a frame at most.
 pub(crate) const LONGEST_BLOCK: Duration = Duration::from_millis(500);
 
-/// Frames that may wait for room in the transmit queue of the interface.
-const MAX_WAITING: usize = 1024;
 /// When a full transmit queue is tried again.
 const RETRY_SEND: Duration = Duration::from_millis(1);
 /// When an interface that is not there is tried again.
@@ -47,11 +45,9 @@ pub(crate) enum Patience {
     Try,
 }
 
-/// What was lost.
+/// What was lost of that which came.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Losses {
-    /// Frames that the interface did not take.
-    pub(crate) unsent: u64,
     /// What the kernel delivered and is no classic data, remote or error frame.
     pub(crate) malformed: u64,
     /// Error frames that told no state of the controller.
@@ -74,7 +70,7 @@ pub(crate) struct SocketCan {
     socket: Option<CanSocket>,
     /// When to open it again, or to send on.
     deadline: Option<Instant>,
-    waiting: VecDeque<[u8; SIZE]>,
+    queue: Queue,
     headers: MultiHeaders<()>,
     hears_all: bool,
     /// Whether somebody watches the bus, so that every frame is taken.
@@ -94,7 +90,7 @@ impl SocketCan {
             interface: interface.to_owned(),
             socket: None,
             deadline: Some(now),
-            waiting: VecDeque::with_capacity(MAX_WAITING),
+            queue: Queue::new(),
             headers: MultiHeaders::preallocate(BATCH, None),
             hears_all,
             is_watched: false,
@@ -115,9 +111,9 @@ impl SocketCan {
         self.stopwatch.as_ref().map(Stopwatch::times)
     }
 
-    /// Frames that wait to be sent.
-    pub(crate) fn waiting(&self) -> usize {
-        self.waiting.len()
+    /// What waits to be sent.
+    pub(crate) fn waiting(&self) -> &Queue {
+        &self.queue
     }
 
     /// Name of the interface.
@@ -181,8 +177,7 @@ impl SocketCan {
     /// Gives up the socket after an error; what waits is lost.
     pub(crate) fn close(&mut self, now: Instant) {
         self.socket = None;
-        self.losses.unsent += self.waiting.len() as u64;
-        self.waiting.clear();
+        self.queue.lose();
         self.deadline = Some(now + RETRY_OPEN);
     }
 
@@ -261,23 +256,23 @@ impl SocketCan {
         }
     }
 
-    /// Puts a frame behind those that are to be sent.
-    pub(crate) fn queue(&mut self, frame: &Frame) {
-        if self.socket.is_some() && self.waiting.len() < MAX_WAITING {
-            self.waiting.push_back(wire_format::encode(frame));
+    /// Puts a frame where its `kind` says among those that are to be sent.
+    pub(crate) fn queue(&mut self, frame: &Frame, kind: Kind) {
+        if self.socket.is_none() {
+            self.queue.refuse();
+        } else if self.queue.push(frame, kind) {
             self.stopwatch.iter_mut().for_each(|stopwatch| stopwatch.queue(frame));
-        } else {
-            self.losses.unsent += 1;
         }
     }
 
     /// Sends what waits. What the interface has no room for waits on.
     pub(crate) fn flush(&mut self, now: Instant) -> io::Result<()> {
-        while !self.waiting.is_empty() {
+        while !self.queue.is_empty() {
             match self.send() {
-                Ok(sent) => drop(self.waiting.drain(..sent.min(self.waiting.len()))),
+                Ok(sent) => self.queue.sent(sent),
                 Err(Errno::EINTR) => {}
                 Err(Errno::EAGAIN | Errno::ENOBUFS) => {
+                    self.queue.stick();
                     self.deadline = Some(now + RETRY_SEND);
                     return Ok(());
                 }
@@ -296,12 +291,13 @@ impl SocketCan {
         let Some(socket) = &self.socket else { return Err(Errno::ENETDOWN) };
         let socket = socket.as_raw_fd();
         let flags = MsgFlags::MSG_DONTWAIT;
-        if let (Some(frame), 1) = (self.waiting.front(), self.waiting.len()) {
+        let mut frames = self.queue.front();
+        if let (1, Some(frame)) = (frames.len(), frames.next()) {
             return send(socket, frame, flags).map(|_| 1);
         }
         let mut slices = [[IoSlice::new(&[])]; BATCH];
         let mut count = 0;
-        for ([slice], frame) in slices.iter_mut().zip(&self.waiting) {
+        for ([slice], frame) in slices.iter_mut().zip(self.queue.front()) {
             *slice = IoSlice::new(frame);
             count += 1;
         }

@@ -72,7 +72,13 @@ fn buses(status: &Status, page: &mut Page) {
     }
     let mut errors = page.counter("axisd_bus_errors_total", "Frames that were lost, or that tell an error.");
     for bus in buses {
-        for (kind, count) in [("lost", bus.lost), ("unsent", bus.unsent), ("error-frame", bus.errors)] {
+        let counts = [
+            ("lost", bus.lost),
+            ("unsent", bus.unsent),
+            ("replaced", bus.replaced),
+            ("error-frame", bus.errors),
+        ];
+        for (kind, count) in counts {
             errors.sample(&[("bus", &bus.name), ("kind", kind)], count);
         }
     }

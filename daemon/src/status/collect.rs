@@ -70,7 +70,7 @@ fn counted(bus: Bus, link: &Link) -> Bus {
     let [received, sent] = link.kinds;
     let kinds = |kinds: Kinds| kinds.iter().map(|(kind, count)| (kind.to_owned(), count)).collect();
     Bus {
-        waiting: link.interface.as_ref().map_or(0, |interface| interface.waiting() as u64),
+        waiting: link.interface.as_ref().map_or(0, |interface| interface.waiting().len() as u64),
         received_kinds: kinds(received),
         sent_kinds: kinds(sent),
         sdo_latency: link.interface.as_ref().and_then(SocketCan::sdo_times).map(Into::into),
@@ -112,7 +112,8 @@ fn bus(now: Instant, number: usize, link: &Link, core: &Core, reporter: &Reporte
         received,
         sent,
         lost: dropped + losses.malformed,
-        unsent: losses.unsent,
+        unsent: interface.waiting().dropped(),
+        replaced: interface.waiting().replaced(),
         errors: losses.errors,
         bits_per_s,
         bit_rate,

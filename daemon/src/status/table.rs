@@ -12,6 +12,7 @@ pub fn text(status: &Status) -> String {
     let mut text = devices(status);
     text.push('\n');
     text += &buses(&status.buses);
+    status.buses.iter().for_each(|bus| text += &held_up(bus));
     text += &clients::text(status);
     if let Some(reload) = &status.reload {
         let _ = write!(text, "\n{}", reload.text());
@@ -98,6 +99,17 @@ fn buses(buses: &[Bus]) -> String {
         [name.clone(), link.clone(), state.clone(), load(bus), received, sent, lost, unsent, errors]
     };
     table(&HEAD, &buses.iter().map(row).collect::<Vec<_>>())
+}
+
+/// What the interface of a bus has had no room for; nothing if it always had some.
+fn held_up(bus: &Bus) -> String {
+    if bus.waiting == 0 && bus.replaced == 0 {
+        return String::new();
+    }
+    let Bus { name, waiting, replaced, .. } = bus;
+    format!(
+        "\n{name}: {waiting} frames wait for the interface, {replaced} PDOs were replaced by newer ones\n"
+    )
 }
 
 /// How busy a bus is: in percent of its bit rate where it has one.

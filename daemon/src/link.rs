@@ -1,5 +1,6 @@
 //! Links: how the frames of a bus leave the process, and who beside our nodes hears them.
 
+mod filters;
 mod gauge;
 mod kinds;
 mod load;

@@ -15,12 +15,11 @@ use nix::sys::socket::sockopt::RcvBufForce;
 use nix::sys::socket::{MsgFlags, MultiHeaders, send, sendmmsg, setsockopt};
 use od::Instant;
 
+use super::filters::{Filter, filters};
 use super::gauge::Gauge;
 use super::queue::{Kind, Queue};
 use super::stopwatch::Stopwatch;
-use super::wire_format::{
-    self, EXTENDED, EXTENDED_MASK, Message, REMOTE, SIZE, STANDARD_MASK, STATE_CLASSES,
-};
+use super::wire_format::{self, Message, SIZE, STATE_CLASSES};
 use crate::latency::Histogram;
 use crate::sys::{self, BATCH};
 
@@ -31,8 +30,6 @@ pub(crate) const LONGEST_BLOCK: Duration = Duration::from_millis(500);
 const RETRY_SEND: Duration = Duration::from_millis(1);
 /// When an interface that is not there is tried again.
 const RETRY_OPEN: Duration = Duration::from_millis(500);
-/// CAN_RAW_FILTER_MAX.
-const MAX_FILTERS: usize = 512;
 /// Room for a burst, or for what comes while a busy machine lets nobody read: some seconds of a full bus.
 const RECEIVE_BUFFER: usize = 4 << 20;
 
@@ -181,24 +178,15 @@ impl SocketCan {
         self.deadline = Some(now + RETRY_OPEN);
     }
 
-    /// Makes the kernel deliver the frames with these identifiers, or all if they are too many for it.
+    /// Makes the kernel deliver the frames with these identifiers, and others only as far as [`filters`] cannot keep them out.
     pub(crate) fn subscribe(&mut self, ids: impl Iterator<Item = Id>) -> io::Result<()> {
         let Some(socket) = &self.socket else { return Ok(()) };
         if self.hears_all || self.is_watched {
             return socket.set_filter_accept_all();
         }
-        // The kernel finds single identifiers of data frames by a table, so remote frames have a filter of their own.
-        let exactly = |id| match id {
-            Id::Standard(id) => CanFilter::new(u32::from(id), STANDARD_MASK | EXTENDED | REMOTE),
-            Id::Extended(id) => CanFilter::new(id | EXTENDED, EXTENDED_MASK | EXTENDED | REMOTE),
-        };
-        let mut filters = vec![CanFilter::new(REMOTE, REMOTE)];
-        filters.extend(ids.map(exactly));
-        if filters.len() > MAX_FILTERS {
-            socket.set_filter_accept_all()
-        } else {
-            socket.set_filters(&filters)
-        }
+        let filters: Vec<CanFilter> =
+            filters(ids).into_iter().map(|Filter { id, mask }| CanFilter::new(id, mask)).collect();
+        socket.set_filters(&filters)
     }
 
     /// Adds what has come, at most [`BATCH`], to `news`; how long that took, if there was anything.

@@ -32,6 +32,28 @@ impl Vcan {
         interface
     }
 
+    /// Two interfaces, up, with a wire between them: what one sends the other one receives.
+    #[must_use]
+    pub fn pair() -> (Self, Self) {
+        let (near, far) = (Self::absent(), Self::absent());
+        run("ip", &["link", "add", near.name(), "type", "vxcan", "peer", "name", far.name()]);
+        for end in [&near, &far] {
+            run("ip", &["link", "set", end.name(), "up"]);
+        }
+        (near, far)
+    }
+
+    /// Gives its transmit queue room for so many frames, each of which takes this long to leave.
+    pub fn choke(&self, room: u32, delay: Duration) {
+        let (room, delay) = (room.to_string(), format!("{}us", delay.as_micros()));
+        run("tc", &["qdisc", "replace", "dev", &self.0, "root", "netem", "delay", &delay, "limit", &room]);
+    }
+
+    /// Ends [`choke`](Self::choke). What is in the transmit queue is lost.
+    pub fn free(&self) {
+        run("tc", &["qdisc", "delete", "dev", &self.0, "root"]);
+    }
+
     /// The name of an interface that does not exist yet.
     #[must_use]
     pub fn absent() -> Self {

@@ -29,7 +29,7 @@ const NO_ERROR: &str = "081#0000000000000000";
 /// Between two looks at the drive.
 const POLL_PERIOD: Duration = Duration::from_millis(50);
 
-const QUICK_STOP_ACTIVE: u16 = 0x07;
+pub(crate) const QUICK_STOP_ACTIVE: u16 = 0x07;
 /// Target reached and not at rest, in profile velocity mode.
 const AT_SPEED: u16 = 0x0400;
 const AT_SPEED_OR_REST: u16 = 0x1400;
@@ -157,14 +157,14 @@ fn runaway(interface: &Vcan) -> (Daemon, Wire) {
 }
 
 /// State of the drive, read by SDO because a node that is not OPERATIONAL has no PDOs.
-fn state(wire: &mut Wire) -> u16 {
+pub(crate) fn state(wire: &mut Wire) -> u16 {
     let answer = wire.ask(READ_STATUSWORD, "581");
     let value = answer.strip_prefix("581#4B416000").and_then(|value| value.get(..4));
     let value = value.and_then(|value| u16::from_str_radix(value, 16).ok()).map(u16::swap_bytes);
     value.unwrap_or_else(|| panic!("no statusword: {answer}")) & STATE
 }
 
-fn wait_for(wanted: u16, wire: &mut Wire) {
+pub(crate) fn wait_for(wanted: u16, wire: &mut Wire) {
     let deadline = Instant::now() + PATIENCE;
     while state(wire) != wanted {
         assert!(Instant::now() < deadline, "the drive does not get into state {wanted:#04X}");

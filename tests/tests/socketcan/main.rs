@@ -1,10 +1,13 @@
 //! The daemon on real SocketCAN interfaces, each test on one of its own.
 
 mod bus_state;
+mod congestion;
 mod cyclic;
+mod filters;
 mod garbage;
 mod guides;
 mod jvl;
+mod loss;
 mod metrics;
 mod reload;
 mod watchdog;

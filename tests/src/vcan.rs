@@ -208,7 +208,8 @@ impl Wire {
         self.candump.give_up(&format!("no {what} within {PATIENCE:?}"))
     }
 
-    fn next(&mut self, deadline: Instant) -> Option<String> {
+    /// The next frame, if one comes until `deadline`.
+    pub fn next(&mut self, deadline: Instant) -> Option<String> {
         while let Some(frame) = self.raw(deadline) {
             if self.keep(frame.clone()) {
                 return Some(frame);

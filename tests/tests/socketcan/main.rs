@@ -8,6 +8,7 @@ mod garbage;
 mod guides;
 mod jvl;
 mod loss;
+mod master;
 mod metrics;
 mod reload;
 mod watchdog;

@@ -95,6 +95,9 @@ pub struct Bus {
     /// Bit rate of the interface, in bit/s, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bit_rate: Option<u32>,
+    /// How long the interface stays in bus-off before the kernel restarts it, in ms, 0 for ever; if it tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restart_ms: Option<u32>,
     /// Frames that wait for room in the interface.
     #[serde(default)]
     pub waiting: u64,

@@ -148,3 +148,31 @@ fn what_is_told_survives_the_way_as_json() {
     assert!(!json.contains('\n'));
     assert_eq!(serde_json::from_str::<Status>(&json).unwrap(), status);
 }
+
+#[test]
+fn a_bus_that_is_off_says_who_ends_that() {
+    let shown = |state: &str, restart_ms| {
+        let (name, link) = ("can0".to_owned(), "socketcan:can7".to_owned());
+        let bus = Bus { name, link, state: state.to_owned(), restart_ms, ..Bus::default() };
+        text(&Status { buses: vec![bus], ..Status::default() })
+    };
+    let manual = "\ncan0: off until somebody does `ip link set can7 type can restart`\n";
+    assert!(shown("bus off", Some(0)).contains(manual));
+    assert!(
+        shown("bus off", Some(100)).contains("\ncan0: off, the interface restarts by itself after 100 ms\n")
+    );
+    for (state, restart_ms) in [("bus off", None), ("error active", Some(0)), ("error passive", Some(100))] {
+        assert!(!shown(state, restart_ms).contains("can0: off"));
+    }
+}
+
+#[test]
+fn a_bus_without_room_says_what_waits_and_what_was_replaced() {
+    let shown = |waiting, replaced| {
+        let bus = Bus { name: "can0".to_owned(), waiting, replaced, ..Bus::default() };
+        text(&Status { buses: vec![bus], ..Status::default() })
+    };
+    let expected = "\ncan0: 3 frames wait for the interface, 40 PDOs were replaced by newer ones\n";
+    assert!(shown(3, 40).contains(expected));
+    assert!(!shown(0, 0).contains("wait"));
+}

@@ -16,11 +16,23 @@ const PERIOD: Duration = Duration::from_secs(1);
 const FRAME: u64 = 47;
 
 /// What was measured last.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Gauge {
     bits_per_s: AtomicU64,
     /// Zero if the interface has none.
     bit_rate: AtomicU32,
+    /// [`UNKNOWN`] if the interface tells none.
+    restart_ms: AtomicU64,
+}
+
+/// No time of 32 bits.
+const UNKNOWN: u64 = u64::MAX;
+
+impl Default for Gauge {
+    fn default() -> Self {
+        let (bits_per_s, bit_rate) = (AtomicU64::default(), AtomicU32::default());
+        Self { bits_per_s, bit_rate, restart_ms: AtomicU64::new(UNKNOWN) }
+    }
 }
 
 impl Gauge {
@@ -28,6 +40,11 @@ impl Gauge {
     pub(crate) fn read(&self) -> (u64, Option<u32>) {
         let bit_rate = self.bit_rate.load(Ordering::Relaxed);
         (self.bits_per_s.load(Ordering::Relaxed), Some(bit_rate).filter(|bit_rate| *bit_rate != 0))
+    }
+
+    /// How long the interface stays in bus-off before the kernel restarts it, in ms, 0 for ever; if it tells.
+    pub(crate) fn restart_ms(&self) -> Option<u32> {
+        u32::try_from(self.restart_ms.load(Ordering::Relaxed)).ok()
     }
 }
 
@@ -44,7 +61,9 @@ pub(crate) fn measure(interface: String, gauge: &Arc<Gauge>) {
             let bits = counted(Path::new("/sys/class/net"), &interface);
             gauge.bits_per_s.store(rate(before, bits.map(|bits| (now, bits))), Ordering::Relaxed);
             before = bits.map(|bits| (now, bits));
-            gauge.bit_rate.store(bit_rate(&interface).unwrap_or(0), Ordering::Relaxed);
+            let (bit_rate, restart_ms) = parameters(&interface).unwrap_or_default();
+            gauge.bit_rate.store(bit_rate.unwrap_or(0), Ordering::Relaxed);
+            gauge.restart_ms.store(restart_ms.map_or(UNKNOWN, u64::from), Ordering::Relaxed);
         }
     });
 }
@@ -68,9 +87,10 @@ fn counted(directory: &Path, interface: &str) -> Option<u64> {
     if directory.join("device").exists() { Some(sent + bits("rx_packets", "rx_bytes")?) } else { Some(sent) }
 }
 
-fn bit_rate(interface: &str) -> Option<u32> {
-    let details = CanInterface::open(interface).ok()?.details().ok()?;
-    details.can.bit_timing.map(|timing| timing.bitrate)
+/// Bit rate and restart time of an interface, as far as it has them.
+fn parameters(interface: &str) -> Option<(Option<u32>, Option<u32>)> {
+    let can = CanInterface::open(interface).ok()?.details().ok()?.can;
+    Some((can.bit_timing.map(|timing| timing.bitrate), can.restart_ms))
 }
 
 #[cfg(test)]

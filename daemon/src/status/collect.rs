@@ -117,6 +117,7 @@ fn bus(now: Instant, number: usize, link: &Link, core: &Core, reporter: &Reporte
         errors: losses.errors,
         bits_per_s,
         bit_rate,
+        restart_ms: interface.gauge().restart_ms(),
         ..Bus::default()
     }
 }

@@ -2,7 +2,7 @@
 
 use core::fmt::Write;
 
-use canopen::UNCONFIGURED;
+use canopen::{BusState, UNCONFIGURED};
 
 use super::{Axis, Bus, Counters, Device, Event, Events, Fault, Lss, Node, Status, clients};
 
@@ -12,7 +12,7 @@ pub fn text(status: &Status) -> String {
     let mut text = devices(status);
     text.push('\n');
     text += &buses(&status.buses);
-    status.buses.iter().for_each(|bus| text += &held_up(bus));
+    status.buses.iter().for_each(|bus| text += &(held_up(bus) + &restart(bus)));
     text += &clients::text(status);
     if let Some(reload) = &status.reload {
         let _ = write!(text, "\n{}", reload.text());
@@ -110,6 +110,19 @@ fn held_up(bus: &Bus) -> String {
     format!(
         "\n{name}: {waiting} frames wait for the interface, {replaced} PDOs were replaced by newer ones\n"
     )
+}
+
+/// Who ends the bus-off of an interface; nothing if there is none, or the interface does not tell.
+fn restart(bus: &Bus) -> String {
+    let Bus { name, link, restart_ms, .. } = bus;
+    match restart_ms.filter(|_| bus.state == BusState::Off.name()) {
+        None => String::new(),
+        Some(0) => {
+            let interface = link.rsplit(':').next().unwrap_or_default();
+            format!("\n{name}: off until somebody does `ip link set {interface} type can restart`\n")
+        }
+        Some(millis) => format!("\n{name}: off, the interface restarts by itself after {millis} ms\n"),
+    }
 }
 
 /// How busy a bus is: in percent of its bit rate where it has one.

@@ -40,13 +40,14 @@ fn sync(wire: &mut Wire) -> (i32, u8, u8) {
 #[test]
 fn a_motor_positions_by_pdos_21_and_22_and_tells_it_by_25() {
     const IN_POSITION: u8 = 1 << 4;
-    const TARGET: i32 = 20_000;
+    // Four seconds away, so that also a slow machine asks on the way.
+    const TARGET: i32 = 200_000;
     let interface = Vcan::new();
     let (_daemon, mut wire) = motor(&interface);
 
     // V_SOLL 1000, A_SOLL 50, T_SOLL 1023, MODE_REG 2 (position); then P_SOLL.
     wire.send("222#E8033200FF030200");
-    wire.send("221#204E000000000000");
+    wire.send("221#400D030000000000");
     let deadline = Instant::now() + PATIENCE;
     let mut places = Vec::new();
     while Instant::now() < deadline {

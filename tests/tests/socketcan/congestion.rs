@@ -13,10 +13,10 @@ use crate::watching::number;
 
 const REFERENCE: &str = "canopen-reference";
 const NODES: [u8; 3] = [1, 2, 3];
-/// Frames in the transmit queue and how long each of them is there: a hundred leave in a second.
-const ROOM: u32 = 5;
+/// Frames in the transmit queue and how long each of them is there: forty leave in a second.
+const ROOM: u32 = 2;
 const DELAY: Duration = Duration::from_millis(50);
-/// What the nodes answer to a cycle, six PDOs, comes eight times as fast.
+/// What the nodes answer to a cycle, six PDOs, comes twenty times as fast, so that it is too much from a slow machine, too.
 const CYCLE: Duration = Duration::from_micros(7_500);
 const CYCLES: u32 = 200;
 /// So often each node gets an RPDO that is too short, and tells it, and then that it is over.

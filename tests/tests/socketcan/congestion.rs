@@ -38,7 +38,9 @@ fn while_an_interface_has_no_room_nothing_is_reordered_or_lost_but_pdos_that_new
     let mut wire = Wire::on(&far);
     wire.ask_until(READ_DEVICE_TYPE, DEVICE_TYPE);
     wire.send("000#0100");
-    let _ = wire.ask("603#4000100000000000", "583");
+    // Its answer comes behind those to what was asked too often.
+    wire.send("601#40FF5F0000000000");
+    wire.expect("581#80FF5F0000000206");
     let _ = wire.take();
     let (sent_before, load) = (number(&socket, "sent"), load(&dir, &far));
     let master = Master::on(&far, REFERENCE);

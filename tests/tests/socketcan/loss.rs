@@ -6,7 +6,7 @@ use tests::{Bus, Daemon, TempDir, Vcan, Wire, config};
 
 use crate::bus_state::{QUICK_STOP_ACTIVE, state, wait_for};
 use crate::watching::number;
-use crate::{OPERATION_ENABLED, READ_DEVICE_TYPE, READY_TO_SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON};
+use crate::{OPERATION_ENABLED, READY_TO_SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON, wait_until_served};
 
 const REFERENCE: &str = "canopen-reference";
 const SERVO: &str = "cia402-servo";
@@ -14,11 +14,10 @@ const SERVO: &str = "cia402-servo";
 const AXIS: u8 = 1;
 const COMPANIONS: [u8; 3] = [2, 3, 4];
 
-const DEVICE_TYPE: &str = "581#4300100092010200";
 /// What all companions have in their TPDO 2.
 const VALUES: &str = "0000000000000000";
-/// Lines that the log may take for all of it, with two losses of an interface with four nodes in it.
-const MOST_LINES: usize = 80;
+/// Frames for each line of the log, at least; a machine that is too slow has some lines more, but few in a second.
+const FRAMES_PER_LINE: u64 = 10;
 
 #[test]
 fn an_interface_that_goes_under_load_stops_the_axis_and_all_nodes_recover_when_it_is_back() {
@@ -43,7 +42,7 @@ fn an_interface_that_goes_under_load_stops_the_axis_and_all_nodes_recover_when_i
         lose(&interface);
 
         wire = Wire::on(&interface);
-        wire.ask_until(READ_DEVICE_TYPE, DEVICE_TYPE);
+        wait_until_served(&mut wire);
         assert_stopped(&mut wire);
         // All goes on as before once the master starts it again.
         wire.send("000#0100");
@@ -54,9 +53,9 @@ fn an_interface_that_goes_under_load_stops_the_axis_and_all_nodes_recover_when_i
     let sent = number(&socket, "sent");
     daemon.terminate();
     daemon.wait_until_stopped();
-    let lines = daemon.printed().lines().count();
+    let lines = daemon.printed().lines().count() as u64;
     println!("{sent} frames, {lines} lines");
-    assert!(sent > 1000 && lines < MOST_LINES, "{sent} frames:\n{}", daemon.printed());
+    assert!(sent > 1000 && lines * FRAMES_PER_LINE < sent, "{sent} frames:\n{}", daemon.printed());
 }
 
 /// The newest error of each node is 8140h, "recovered from bus-off", it has left OPERATIONAL (0x1029), and the axis brakes or
@@ -73,7 +72,7 @@ fn assert_stopped(wire: &mut Wire) {
 
 /// Heartbeats of all every 10 ms, SYNC of node 2 every 5 ms, to which its companions and the drive answer.
 fn make_traffic(wire: &mut Wire) {
-    wire.ask_until(READ_DEVICE_TYPE, DEVICE_TYPE);
+    wait_until_served(wire);
     for node in iter::once(AXIS).chain(COMPANIONS) {
         write(wire, node, "2B1710000A000000");
     }

@@ -175,6 +175,7 @@ impl SocketCan {
     pub(crate) fn close(&mut self, now: Instant) {
         self.socket = None;
         self.queue.lose();
+        self.stopwatch.iter_mut().for_each(Stopwatch::lose);
         self.deadline = Some(now + RETRY_OPEN);
     }
 

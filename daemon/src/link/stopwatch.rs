@@ -57,6 +57,11 @@ impl Stopwatch {
         answered.drain(..).filter_map(|asked| now.checked_sub(asked)).for_each(|time| times.record(time));
     }
 
+    /// What was about to be sent is lost.
+    pub(crate) fn lose(&mut self) {
+        self.answered.clear();
+    }
+
     /// How long they waited.
     pub(crate) fn times(&self) -> &Histogram {
         &self.times
@@ -88,6 +93,11 @@ mod tests {
         stopwatch.flush();
         stopwatch.flush();
         assert_eq!(stopwatch.times().count(), 1);
+        stopwatch.receive(&frame(0x605), arrival);
+        stopwatch.queue(&frame(0x585));
+        stopwatch.lose();
+        stopwatch.flush();
+        assert_eq!(stopwatch.times().count(), 1, "an answer that was lost is none");
         assert!((5_000..5_000_000).contains(&stopwatch.times().max_us()), "{}", stopwatch.times().max_us());
     }
 }

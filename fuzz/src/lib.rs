@@ -1,6 +1,7 @@
 //! What the fuzz targets do, one function each. The main workspace replays `seeds` with them, so they are no part of it and
 //! need no fuzzer.
 
+pub mod ascii_gateway;
 pub mod concise_dcf;
 pub mod control_request;
 pub mod dump;
@@ -19,7 +20,8 @@ pub mod wire_format;
 pub type Target = fn(&[u8]);
 
 /// Every target and its name, which the folder with its seeds has, too.
-pub const TARGETS: [(&str, Target); 14] = [
+pub const TARGETS: [(&str, Target); 15] = [
+    ("ascii_gateway", ascii_gateway::run),
     ("concise_dcf", concise_dcf::run),
     ("control_request", control_request::run),
     ("dump", dump::run),

@@ -50,17 +50,14 @@ impl CobId {
         (self.0 ^ other.0) & IDENTIFIER == 0
     }
 
-    /// Whether the identifier is well-formed and free for configuration: the restricted CAN-IDs of CiA 301
-    /// (table 40) are not, nor are bits 11-28 in a standard frame.
+    /// Whether the identifier is well-formed and free for configuration: restricted CAN-IDs are not, nor are bits 11-28
+    /// in a standard frame.
     #[must_use]
     pub const fn is_configurable(self) -> bool {
         match self.id() {
             Id::Extended(_) => true,
             Id::Standard(_) if self.0 & EXTENDED_MASK & !STANDARD_MASK != 0 => false,
-            Id::Standard(id) => !matches!(
-                id,
-                0x000..=0x07F | 0x101..=0x180 | 0x581..=0x5FF | 0x601..=0x67F | 0x6E0..=0x6FF | 0x701..=0x7FF
-            ),
+            Id::Standard(id) => !od::is_restricted(id),
         }
     }
 }

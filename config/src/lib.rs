@@ -26,7 +26,7 @@ pub use device::{Attachment, Device, Owner, UNCONFIGURED};
 pub use gateway::{Gateway, load};
 pub use modbus::{Listener, ModbusDialect, ModbusView, WhenFull, WordOrder};
 pub use network::{Network, NoNetwork};
-pub use profiles::{Diagnostic, Diagnostics};
+pub use profiles::{Diagnostic, Diagnostics, Severity};
 pub use resolve::{PROFILE_DIRECTORY, ReadFile};
 pub use service::{Audit, LOG_MODULES, Level, Log, LogFormat, Realtime, Service};
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use config::{Device, Diagnostic, Diagnostics, Gateway};
+use config::{Device, Diagnostic, Diagnostics, Gateway, Severity};
 use od::Instant;
 use serde::Serialize;
 
@@ -27,7 +27,8 @@ pub(crate) fn read(file: &Path) -> Result<Gateway, Diagnostics> {
     let name = file.display().to_string();
     let text = fs::read_to_string(file).map_err(|error| {
         let file = name.clone();
-        Diagnostics(vec![Diagnostic { file, line: 1, column: 1, message: error.to_string(), help: None }])
+        let (severity, message) = (Severity::Error, error.to_string());
+        Diagnostics(vec![Diagnostic { severity, file, line: 1, column: 1, message, help: None }])
     })?;
     parse(&name, &text)
 }

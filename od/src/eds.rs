@@ -112,8 +112,16 @@ fn write_entry(out: &mut String, sheet: &Sheet<'_>, index: u16, entry: &Entry) -
     if let Some(value) = default(address, entry) {
         writeln!(out, "DefaultValue={value}")?;
     }
-    if let Some(Range::Integer { min, max }) = entry.range {
-        writeln!(out, "LowLimit={min}\nHighLimit={max}")?;
+    match entry.range {
+        Some(Range::Integer { min, max }) => writeln!(out, "LowLimit={min}\nHighLimit={max}")?,
+        Some(Range::Real { min, max }) => {
+            for (key, limit) in
+                [("LowLimit", min), ("HighLimit", max)].iter().filter(|(_, limit)| limit.is_finite())
+            {
+                writeln!(out, "{key}={limit}")?;
+            }
+        }
+        None => {}
     }
     if let Some(value) = sheet.configured(address, entry.data_type) {
         writeln!(out, "ParameterValue={value}")?;

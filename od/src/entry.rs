@@ -1,6 +1,6 @@
 //! What is known of an object and its entries before any device exists.
 
-use crate::{AbortCode, DataType, Dictionary, Slot, Value};
+use crate::{AbortCode, DataType, Dictionary, Slot, Value, value};
 
 /// Access from a bus (CiA 306 terms in brackets).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -196,7 +196,10 @@ impl Entry {
     pub(crate) fn power_on(&self, node_id: u8) -> Value {
         match &self.initial {
             Initial::Value(value) => value.clone(),
-            Initial::PlusNodeId(base) => Value::Fixed(u64::from(base.wrapping_add(u32::from(node_id)))),
+            Initial::PlusNodeId(base) => {
+                let number = u64::from(base.wrapping_add(u32::from(node_id)));
+                Value::Fixed(value::truncate(number, self.data_type))
+            }
         }
     }
 }

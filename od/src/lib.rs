@@ -15,6 +15,7 @@
 mod abort;
 mod address;
 pub mod bits;
+mod can_id;
 mod data_type;
 mod dictionary;
 pub mod eds;
@@ -32,6 +33,7 @@ pub mod xdd;
 
 pub use abort::AbortCode;
 pub use address::Address;
+pub use can_id::is_restricted;
 pub use data_type::DataType;
 pub use dictionary::{Dictionary, Slot};
 pub use entry::{Access, Entry, Initial, Mappable, Object, ObjectKind, Range, Veto};

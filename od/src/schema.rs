@@ -254,8 +254,8 @@ fn range_fault(entry: &Entry) -> Option<String> {
 fn initial_fault(entry: &Entry) -> Option<String> {
     let data_type = entry.data_type;
     match &entry.initial {
-        Initial::PlusNodeId(_) if data_type != DataType::Unsigned32 => {
-            Some("a default that depends on the Node-ID needs an UNSIGNED32".into())
+        Initial::PlusNodeId(base) if !holds_node_id(data_type, *base) => {
+            Some(format!("a default of 0x{base:X} plus the Node-ID does not fit {data_type}"))
         }
         Initial::PlusNodeId(_) => None,
         Initial::Value(Value::Fixed(raw)) if data_type.bits().is_some() => {
@@ -269,4 +269,13 @@ fn initial_fault(entry: &Entry) -> Option<String> {
         }
         Initial::Value(_) => Some(format!("the default is no {data_type}")),
     }
+}
+
+/// Whether `base` plus any Node-ID is a value of `data_type`. The sum of a COB-ID, which has flags in its upper bits,
+/// wraps around in 32 bits.
+fn holds_node_id(data_type: DataType, base: u32) -> bool {
+    const HIGHEST_NODE_ID: i128 = 127;
+    let limits = data_type.integer_limits().filter(|_| !data_type.is_signed());
+    let fits = |(_, highest)| i128::from(base) + HIGHEST_NODE_ID <= highest;
+    data_type == DataType::Unsigned32 || limits.is_some_and(fits)
 }

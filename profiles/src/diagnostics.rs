@@ -6,9 +6,30 @@ use core::ops::Range;
 use serde::Serialize;
 use thiserror::Error;
 
+/// What a finding means for the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// The file cannot be used.
+    Error,
+    /// The file is used, otherwise than it says or with a guess.
+    Warning,
+}
+
+impl fmt::Display for Severity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+        })
+    }
+}
+
 /// One finding.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Diagnostic {
+    /// What it means for the file.
+    pub severity: Severity,
     /// Name of the file as its reader knows it.
     pub file: String,
     /// Line, from 1.
@@ -23,12 +44,13 @@ pub struct Diagnostic {
 
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}: error: {}", self.file, self.line, self.column, self.message)?;
-        self.help.iter().try_for_each(|help| write!(f, "\n  help: {help}"))
+        let Self { severity, file, line, column, message, help } = self;
+        write!(f, "{file}:{line}:{column}: {severity}: {message}")?;
+        help.iter().try_for_each(|help| write!(f, "\n  help: {help}"))
     }
 }
 
-/// Everything that is wrong, sorted by position within a file.
+/// Everything that was found, sorted by position within a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Error, Serialize)]
 #[serde(transparent)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
@@ -44,23 +66,40 @@ impl fmt::Display for Diagnostics {
 /// Where something stands in a text, in bytes.
 pub type Span = Range<usize>;
 
+/// Warnings that are listed of one text; further ones are counted.
+const MOST_WARNINGS: usize = 500;
+
 /// Collects findings about one text.
 #[derive(Debug, Default)]
 pub struct Report {
     found: Vec<Finding>,
+    warnings: usize,
 }
 
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Finding {
     offset: usize,
+    severity: Severity,
     message: String,
     help: Option<String>,
 }
 
 impl Report {
-    /// Adds a finding at the start of `span`, with what would be right.
+    /// Adds an error at the start of `span`, with what would be right.
     pub fn error(&mut self, span: &Span, message: impl Into<String>, help: impl Into<Option<String>>) {
-        self.found.push(Finding { offset: span.start, message: message.into(), help: help.into() });
+        self.add(Severity::Error, span, message.into(), help.into());
+    }
+
+    /// Adds something at the start of `span` that does not keep the file from being used.
+    pub fn warn(&mut self, span: &Span, message: impl Into<String>, help: impl Into<Option<String>>) {
+        self.warnings += 1;
+        if self.warnings <= MOST_WARNINGS {
+            self.add(Severity::Warning, span, message.into(), help.into());
+        }
+    }
+
+    fn add(&mut self, severity: Severity, span: &Span, message: String, help: Option<String>) {
+        self.found.push(Finding { offset: span.start, severity, message, help });
     }
 
     /// Adds that `word` at `span` is none of the known words for `what`, and proposes the nearest of them.
@@ -74,18 +113,26 @@ impl Report {
         self.error(span, format!("unknown {what} `{word}`"), suggestion(word, known));
     }
 
-    /// `value` if nothing was found wrong with the `text` of `file`.
+    /// `value` if no error was found in the `text` of `file`.
     ///
     /// # Errors
     /// The findings, sorted by position.
     pub fn conclude<T>(self, file: &str, text: &str, value: Option<T>) -> Result<T, Diagnostics> {
-        match value {
-            Some(value) if self.found.is_empty() => Ok(value),
-            Some(_) | None => Err(self.into_diagnostics(file, text)),
-        }
+        let (value, findings) = self.judge(file, text, value);
+        value.ok_or(findings)
+    }
+
+    /// `value` if no error was found in the `text` of `file`, and the findings, sorted by position.
+    pub fn judge<T>(self, file: &str, text: &str, value: Option<T>) -> (Option<T>, Diagnostics) {
+        let has_errors = self.found.iter().any(|finding| finding.severity == Severity::Error);
+        (value.filter(|_| !has_errors), self.into_diagnostics(file, text))
     }
 
     fn into_diagnostics(mut self, file: &str, text: &str) -> Diagnostics {
+        if let Some(more @ 1..) = self.warnings.checked_sub(MOST_WARNINGS) {
+            let message = format!("{more} more warnings are not listed");
+            self.add(Severity::Warning, &(text.len()..text.len()), message, None);
+        }
         // An array says the same of each of its members.
         self.found.sort_unstable();
         self.found.dedup();
@@ -93,6 +140,7 @@ impl Report {
         let diagnostics = self.found.into_iter().map(|finding| {
             cursor.advance(finding.offset);
             Diagnostic {
+                severity: finding.severity,
                 file: file.to_owned(),
                 line: cursor.line,
                 column: cursor.column,
@@ -127,7 +175,7 @@ pub(crate) fn suggestion<'k>(word: &str, known: impl IntoIterator<Item = &'k str
 }
 
 /// The known word that `word` was most likely meant to be: a third of its letters may be wrong, or its unit missing.
-fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
+pub(crate) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
     const LONGEST_WORD: usize = 64;
     if word.len() > LONGEST_WORD {
         return None;
@@ -190,11 +238,23 @@ mod tests {
         let mut report = Report::default();
         report.error(&(10..11), "second", None);
         report.error(&(6..7), "first", "blue".to_owned());
-        report.error(&(99..100), "past the end", None);
+        report.warn(&(99..100), "past the end", None);
         let shown = report.conclude("a.toml", "grün = 1\nx", Some(())).unwrap_err().to_string();
         assert_eq!(
             shown,
-            "a.toml:1:6: error: first\n  help: blue\na.toml:2:1: error: second\na.toml:2:2: error: past the end"
+            "a.toml:1:6: error: first\n  help: blue\na.toml:2:1: error: second\na.toml:2:2: warning: past the end"
+        );
+    }
+
+    #[test]
+    fn warnings_refuse_nothing_and_have_an_end() {
+        let mut report = Report::default();
+        (0..MOST_WARNINGS + 2).for_each(|at| report.warn(&(at..at), "odd", None));
+        let (value, findings) = report.judge("a.eds", &" ".repeat(1000), Some(1));
+        assert_eq!((value, findings.0.len()), (Some(1), MOST_WARNINGS + 1));
+        assert_eq!(
+            findings.0.last().unwrap().to_string(),
+            "a.eds:1:1001: warning: 2 more warnings are not listed"
         );
     }
 

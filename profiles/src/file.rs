@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use od::{Address, Object, Schema, SchemaError};
 
-use crate::profile::Dialect;
+use crate::profile::{Commissioning, Dialect};
 use crate::{CardType, Diagnostics, MotorData, Profile, RegisterFile, Report, Span};
 
 mod base;
@@ -17,6 +17,7 @@ mod pdo;
 pub mod reader;
 pub(crate) mod registers;
 
+pub(crate) use object::NEVER_STORED;
 use object::Objects;
 use reader::{Document, Node, Table};
 use registers::Lists;
@@ -89,6 +90,7 @@ fn read(mut file: Table<'_, '_>, motor: Option<&str>, data: &MotorData) -> Optio
         motors: motors.names,
         rpdos,
         tpdos,
+        commissioning: Commissioning::default(),
     })
 }
 

@@ -12,6 +12,7 @@ mod cia402;
 mod defaults;
 mod device;
 mod diagnostics;
+mod eds;
 mod error_code;
 mod file;
 mod jvl;
@@ -30,7 +31,7 @@ pub use binding::{Binding, UnknownBinding};
 pub use cia402::{Command, Controlword, Fault, Mode, State, Statusword, Transition};
 pub use defaults::{NoEntry, OwnDefault};
 pub use device::{AxisStatus, Device, DeviceEvent, Keep, NoPlant, StoreOrder};
-pub use diagnostics::{Diagnostic, Diagnostics, Report, Span, line_and_column};
+pub use diagnostics::{Diagnostic, Diagnostics, Report, Severity, Span, line_and_column};
 pub use error_code::error_text;
 pub use file::reader;
 pub use mac4::{CardType, Instruction, Mode as Mac4Mode, OverallStatus, SystemStatus, UserStatus};
@@ -39,5 +40,5 @@ pub use plant::{
     ANALOG_INPUT_V, EXTERNAL_ENCODER_COUNTS_PER_S, INPUT_WORDS, NoiseSetup, PlantFault, PlantSetup, Repair,
     Signal, SupplySetup, UnknownFault, UnknownSignal,
 };
-pub use profile::{Bound, Dialect, Identity, Later, Profile, Timing};
+pub use profile::{Bound, Commissioning, Dialect, Identity, Later, Profile, Timing};
 pub use register::{Behind, Format, Register, RegisterFile, RegisterList, Role, Space, UnknownRole};

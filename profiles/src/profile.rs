@@ -13,7 +13,7 @@ use crate::cia402::units::factors;
 use crate::cia402::{JERK_LIMITED, LINEAR, is_homing_method, touch_probe};
 use crate::{
     Binding, CardType, Diagnostics, Mode, Motor, MotorData, Register, RegisterFile, RegisterList, Role,
-    Space, file, jvl, mac4,
+    Space, eds as eds_file, file, jvl, mac4,
 };
 
 /// Who a device says it is (0x1018; CiA 301 v4.2, section 7.5.2.21); what is `None` stays as its profile has it.
@@ -66,6 +66,17 @@ pub struct Profile {
     pub rpdos: u16,
     /// Number of TPDOs.
     pub tpdos: u16,
+    /// Where it was put into service, if its file says so.
+    pub commissioning: Commissioning,
+}
+
+/// Where the device of a configuration file (DCF) was put into service (CiA 306-1 v1.4, section 7).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Commissioning {
+    /// Its Node-ID, 1-127.
+    pub node_id: Option<u8>,
+    /// Bit rate of its network.
+    pub bit_rate_kbit_s: Option<u16>,
 }
 
 /// An entry and the behaviour behind it. No two entries of an axis have the same behaviour.
@@ -186,6 +197,15 @@ impl Profile {
         data: &MotorData,
     ) -> Result<Self, Diagnostics> {
         file::parse(file, text, motor, data).map(|profile| profile.guarded().with_sheet())
+    }
+
+    /// Reads the electronic data sheet (EDS) or device configuration file (DCF) `bytes`, which diagnostics call `file`,
+    /// and says all that is odd about it. Its objects are served as it describes them, without behaviour of an axis;
+    /// there is no profile only if it describes none.
+    #[must_use]
+    pub fn from_data_sheet(file: &str, bytes: &[u8]) -> (Option<Self>, Diagnostics) {
+        let (profile, findings) = eds_file::read(file, bytes);
+        (profile.map(Self::with_sheet), findings)
     }
 
     /// The same profile with the device's own objections to what is written; what it shows of itself is marked.

@@ -53,6 +53,7 @@ fn check_speaks_json_to_programs() {
     insta::assert_snapshot!(findings, @r#"
     [
       {
+        "severity": "error",
         "file": "bad.toml",
         "line": 2,
         "column": 8,

@@ -16,7 +16,7 @@ use crate::profile::{Bound, Later};
 use crate::{Binding, Motor, Report, Span};
 
 /// What can be written and is never stored, whatever the file says: error history, store, restore.
-const NEVER_STORED: [u16; 3] = [0x1003, 0x1010, 0x1011];
+pub(crate) const NEVER_STORED: [u16; 3] = [0x1003, 0x1010, 0x1011];
 
 /// Everything read from `[[object]]` tables so far.
 #[derive(Default)]

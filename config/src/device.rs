@@ -241,7 +241,7 @@ impl<'b, 'r> Devices<'b, 'r> {
         let setting = switches::are_in(table).then(|| switches::read(table, profile));
         let node_id = match setting {
             Some(setting) => setting.map(|setting| setting.node_id),
-            None => node_id(table),
+            None => node_id(table, profile.and_then(|profile| profile.commissioning.node_id)),
         };
         let name = name?;
         let Some(bus) = self.buses.iter().position(|b| b.name.as_deref() == Some(*name.get_ref())) else {
@@ -251,6 +251,12 @@ impl<'b, 'r> Devices<'b, 'r> {
         };
         if let Some(setting) = setting.flatten() {
             self.compare_bit_rate(bus, setting.bit_rate_kbit_s, device, table);
+        } else if let Some(rate) = profile.and_then(|profile| profile.commissioning.bit_rate_kbit_s)
+            && let Some(own) = self.buses.get(bus).and_then(|bus| bus.bit_rate_kbit_s)
+            && rate != own
+        {
+            let message = format!("the device configuration file says {rate} kbit/s, the bus says {own}");
+            table.report.warn(&table.key_span("bus"), message, None);
         }
         let place = Attachment { bus, node_id: node_id? };
         if place.node_id == UNCONFIGURED {
@@ -313,12 +319,20 @@ fn node_id_span(table: &Table<'_, '_>) -> Span {
     table.key_span(if switches::are_in(table) { SWITCHES } else { "node_id" })
 }
 
-/// `node_id`: 1 to 127, or [`UNCONFIGURED`].
-fn node_id(table: &mut Table<'_, '_>) -> Option<u8> {
+/// `node_id`: 1 to 127, or [`UNCONFIGURED`]; without it the one that a device configuration file gives.
+fn node_id(table: &mut Table<'_, '_>, commissioned: Option<u8>) -> Option<u8> {
     const HIGHEST_NODE_ID: u8 = 127;
     table.ignore(&[SWITCHES, MOTOR_ADDRESS]);
+    if let Some(commissioned) = commissioned.filter(|_| !table.has("node_id")) {
+        table.ignore(&["node_id"]);
+        return Some(commissioned);
+    }
     let node_id = table.require_in("node_id", 1..=UNCONFIGURED)?;
     if node_id <= HIGHEST_NODE_ID || node_id == UNCONFIGURED {
+        if let Some(other) = commissioned.filter(|other| *other != node_id) {
+            let message = format!("the device configuration file says {other}; it is node {node_id}");
+            table.report.warn(&table.key_span("node_id"), message, None);
+        }
         return Some(node_id);
     }
     let message = format!("{node_id} is no Node-ID");

@@ -27,12 +27,15 @@ pub struct Gateway {
     pub control: Option<PathBuf>,
     /// What concerns the daemon itself.
     pub service: Service,
+    /// What is odd about the file or those that it names, and keeps nothing from working.
+    pub warnings: Diagnostics,
 }
 
 /// Reads the gateway file `text`, which stands at `file`; profile files are read by `read`.
 ///
-/// A profile is looked for as a path (relative to the directory of `file`) if it has a `/` or ends with `.toml`,
-/// otherwise in [`crate::PROFILE_DIRECTORY`] and then among the shipped ones.
+/// A profile is looked for as a path (relative to the directory of `file`) if it has a `/` or ends with `.toml`, `.eds` or
+/// `.dcf`, otherwise in [`crate::PROFILE_DIRECTORY`] and then among the shipped ones. The latter two endings without a `/`
+/// are also looked for in [`crate::PROFILE_DIRECTORY`].
 ///
 /// # Errors
 /// Everything that is wrong with the file and with the profile files it names.
@@ -41,10 +44,12 @@ pub fn load(file: &str, text: &str, read: ReadFile<'_>) -> Result<Gateway, Diagn
     let mut resolver = Resolver::new(Path::new(file).parent().unwrap_or(Path::new("")), read);
     let document = Document::parse(text, &mut report);
     let read = document.and_then(|document| read_gateway(document.root(&mut report), &mut resolver));
-    report.conclude(file, text, read).map_err(|mut wrong| {
-        wrong.0.append(&mut resolver.wrong);
-        wrong
-    })
+    let (gateway, mut findings) = report.judge(file, text, read);
+    findings.0.append(&mut resolver.findings);
+    match gateway {
+        Some(gateway) => Ok(Gateway { warnings: findings, ..gateway }),
+        None => Err(findings),
+    }
 }
 
 fn read_gateway(mut file: Table<'_, '_>, resolver: &mut Resolver<'_>) -> Option<Gateway> {
@@ -70,7 +75,8 @@ fn read_gateway(mut file: Table<'_, '_>, resolver: &mut Resolver<'_>) -> Option<
     file.finish();
     let buses = buses.into_iter().zip(bit_rates).map(|(bus, rate)| bus.finish(rate));
     let buses = buses.collect::<Option<_>>()?;
-    Some(Gateway { buses, devices: devices?, modbus: listeners, storage, control, service })
+    let (devices, warnings) = (devices?, Diagnostics::default());
+    Some(Gateway { buses, devices, modbus: listeners, storage, control, service, warnings })
 }
 
 /// The path at `key`, which must not be empty; a relative one is from where the program runs. `example` is a good one.

@@ -12,22 +12,24 @@ use profiles::{Diagnostic, Diagnostics, Profile, Report};
 /// Where profile files of this machine are looked for before the shipped ones.
 pub const PROFILE_DIRECTORY: &str = "/etc/axisd/devices";
 
-/// Reads a file as text.
-pub type ReadFile<'r> = &'r dyn Fn(&Path) -> io::Result<String>;
+/// Reads a file.
+pub type ReadFile<'r> = &'r dyn Fn(&Path) -> io::Result<Vec<u8>>;
 
 /// Loads each profile once for each motor.
 pub(crate) struct Resolver<'r> {
     directory: &'r Path,
     read: ReadFile<'r>,
     sources: HashMap<String, Source>,
-    /// What is wrong with profile files.
-    pub(crate) wrong: Vec<Diagnostic>,
+    /// What was found in profile files.
+    pub(crate) findings: Vec<Diagnostic>,
 }
 
 /// A profile file and what was made of it so far.
 struct Source {
     file: String,
     text: Arc<str>,
+    /// Whether it is an electronic data sheet, which has no motors to choose from.
+    is_sheet: bool,
     /// The profile with the default motor, then those with others; empty if the file is wrong.
     loaded: Vec<Arc<Profile>>,
 }
@@ -35,7 +37,7 @@ struct Source {
 impl<'r> Resolver<'r> {
     /// A resolver of paths relative to `directory`.
     pub(crate) fn new(directory: &'r Path, read: ReadFile<'r>) -> Self {
-        Self { directory, read, sources: HashMap::new(), wrong: Vec::new() }
+        Self { directory, read, sources: HashMap::new(), findings: Vec::new() }
     }
 
     /// The profile `name` with `motor` or its default one, which may have other data, and the text of its file; `None` if
@@ -48,7 +50,8 @@ impl<'r> Resolver<'r> {
         report: &mut Report,
     ) -> Option<(Arc<Profile>, Arc<str>)> {
         let profile = self.shared(name, motor, report)?;
-        let Source { file, text, .. } = self.sources.get(*name.get_ref())?;
+        let Source { file, text, is_sheet, .. } = self.sources.get(*name.get_ref())?;
+        let own = own.filter(|_| !is_sheet);
         let Some(OwnMotor { data, span }) = own else { return Some((profile, Arc::clone(text))) };
         let wanted = profile.motor.as_ref().map(|motor| motor.name.as_str());
         match Profile::parse_with(file, text, wanted, data) {
@@ -86,41 +89,79 @@ impl<'r> Resolver<'r> {
             return None;
         }
         let profile = Profile::parse(&source.file, &source.text, Some(wanted));
-        let profile = Arc::new(profile.map_err(|Diagnostics(wrong)| self.wrong.extend(wrong)).ok()?);
+        let profile = Arc::new(profile.map_err(|Diagnostics(wrong)| self.findings.extend(wrong)).ok()?);
         source.loaded.push(Arc::clone(&profile));
         Some(profile)
     }
 
     /// Finds the file of the profile `name` and loads it with its default motor.
     fn open(&mut self, name: &Spanned<&str>, report: &mut Report) -> Option<Source> {
-        let (file, text) = self.locate(name, report)?;
+        let (file, bytes) = self.locate(name, report)?;
+        if is_data_sheet(name.get_ref()) {
+            let (profile, Diagnostics(found)) = Profile::from_data_sheet(&file, &bytes);
+            self.findings.extend(found);
+            // One character for each byte tells every change, whatever the file is written in.
+            let text = bytes.into_iter().map(char::from).collect::<String>().into();
+            let loaded = profile.into_iter().map(Arc::new).collect();
+            return Some(Source { file, text, is_sheet: true, loaded });
+        }
+        let Ok(text) = String::from_utf8(bytes) else {
+            report.error(&name.span(), format!("{file} is no UTF-8 text"), None);
+            return None;
+        };
         let default = Profile::parse(&file, &text, None);
-        let default = default.map_err(|Diagnostics(wrong)| self.wrong.extend(wrong)).ok();
-        Some(Source { file, text: text.into(), loaded: default.into_iter().map(Arc::new).collect() })
+        let default = default.map_err(|Diagnostics(wrong)| self.findings.extend(wrong)).ok();
+        let loaded = default.into_iter().map(Arc::new).collect();
+        Some(Source { file, text: text.into(), is_sheet: false, loaded })
     }
 
-    /// Name and text of the file of the profile `name`.
-    fn locate(&self, name: &Spanned<&str>, report: &mut Report) -> Option<(String, String)> {
+    /// Name and bytes of the file of the profile `name`.
+    fn locate(&self, name: &Spanned<&str>, report: &mut Report) -> Option<(String, Vec<u8>)> {
         let word = *name.get_ref();
-        let is_path = word.contains('/') || word.ends_with(".toml");
-        let path = if is_path { self.directory.join(word) } else { local(word) };
-        match (self.read)(&path) {
-            Ok(text) => return Some((path.display().to_string(), text)),
-            Err(e) if !is_path && e.kind() == io::ErrorKind::NotFound => {}
-            Err(e) => {
-                report.error(&name.span(), format!("cannot read {}: {e}", path.display()), None);
-                return None;
+        let places = self.places(word);
+        let mut missing = None;
+        for path in &places {
+            match (self.read)(path) {
+                Ok(bytes) => return Some((path.display().to_string(), bytes)),
+                Err(error) if error.kind() == io::ErrorKind::NotFound => missing = Some(error),
+                Err(error) => {
+                    report.error(&name.span(), format!("cannot read {}: {error}", path.display()), None);
+                    return None;
+                }
             }
         }
-        let text = Profile::text(word);
-        if text.is_none() {
-            report.unknown(&name.span(), "profile", word, Profile::names());
+        if let Some(text) = Profile::text(word) {
+            return Some((format!("{word}.toml"), text.as_bytes().to_vec()));
         }
-        text.map(|text| (format!("{word}.toml"), text.to_owned()))
+        match missing.filter(|_| is_file(word)) {
+            Some(error) => {
+                let places: Vec<_> = places.iter().map(|path| path.display().to_string()).collect();
+                let message = format!("cannot read {}: {error}", places.join(" or "));
+                report.error(&name.span(), message, None);
+            }
+            None => report.unknown(&name.span(), "profile", word, Profile::names()),
+        }
+        None
+    }
+
+    /// Where the file of the profile `word` may be, the first place first.
+    fn places(&self, word: &str) -> Vec<PathBuf> {
+        let of_machine = Path::new(PROFILE_DIRECTORY);
+        if !is_file(word) {
+            return vec![of_machine.join(format!("{word}.toml"))];
+        }
+        let own = self.directory.join(word);
+        if is_data_sheet(word) && !word.contains('/') { vec![own, of_machine.join(word)] } else { vec![own] }
     }
 }
 
-/// Where this machine would have the profile `name`.
-fn local(name: &str) -> PathBuf {
-    Path::new(PROFILE_DIRECTORY).join(format!("{name}.toml"))
+/// Whether this is the name of a file, not that of a profile.
+fn is_file(name: &str) -> bool {
+    name.contains('/') || name.ends_with(".toml") || is_data_sheet(name)
+}
+
+/// Whether a profile of this name is an electronic data sheet (EDS) or a device configuration file (DCF).
+fn is_data_sheet(name: &str) -> bool {
+    let ending = Path::new(name).extension().and_then(|ending| ending.to_str());
+    ending.is_some_and(|ending| ["eds", "dcf"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
 }

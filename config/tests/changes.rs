@@ -36,7 +36,7 @@ fn gateway(text: &str) -> Gateway {
 
 fn with_profile(text: &str, own: &str) -> Gateway {
     let read = |path: &Path| match path.ends_with("own.toml") {
-        true => Ok(own.to_owned()),
+        true => Ok(own.into()),
         false => Err(std::io::ErrorKind::NotFound.into()),
     };
     config::load("axisd.toml", text, &read).unwrap_or_else(|wrong| panic!("{wrong}"))

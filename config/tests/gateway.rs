@@ -16,12 +16,12 @@ use profiles::{
 use proptest::prelude::*;
 
 /// A machine with one broken and one good profile file of its own.
-fn read(path: &Path) -> io::Result<String> {
+fn read(path: &Path) -> io::Result<Vec<u8>> {
     let own =
         include_str!("../../profiles/devices/cia402-servo.toml").replace("CiA 402 servo drive", "My drive");
     match path.to_str() {
-        Some("/gateway/devices/broken.toml") => Ok("name = \"broken\"\nmotor = 1\n".to_owned()),
-        Some("/gateway/my-drive.toml" | "/etc/axisd/devices/cia402-servo.toml") => Ok(own),
+        Some("/gateway/devices/broken.toml") => Ok("name = \"broken\"\nmotor = 1\n".into()),
+        Some("/gateway/my-drive.toml" | "/etc/axisd/devices/cia402-servo.toml") => Ok(own.into()),
         _ => Err(io::ErrorKind::NotFound.into()),
     }
 }

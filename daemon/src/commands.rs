@@ -1,7 +1,7 @@
 //! The short commands, and reading configurations.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 
 use config::{Device, Diagnostic, Diagnostics, Gateway, Severity};
@@ -12,6 +12,9 @@ use crate::cli::Failure;
 use crate::explain::Explanation;
 use crate::{build, modbus_tcp, registers, run};
 
+/// Bytes of a profile file that are read: more than any reader takes.
+const LONGEST_PROFILE: u64 = 16 << 20;
+
 /// The configuration in `file`.
 pub(crate) fn load(file: &Path) -> Result<Gateway, Failure> {
     read(file).map_err(|wrong| Failure::Configuration(wrong.to_string()))
@@ -19,7 +22,14 @@ pub(crate) fn load(file: &Path) -> Result<Gateway, Failure> {
 
 /// The configuration `text`, which diagnostics call `name`.
 pub(crate) fn parse(name: &str, text: &str) -> Result<Gateway, Diagnostics> {
-    config::load(name, text, &|path: &Path| fs::read_to_string(path))
+    config::load(name, text, &read_profile)
+}
+
+/// A profile file. Nobody waits for one that has no end.
+fn read_profile(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    fs::File::open(path)?.take(LONGEST_PROFILE).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// The configuration in `file`; a file that cannot be read is wrong at its beginning.
@@ -45,18 +55,26 @@ pub(crate) fn check(file: &Path, as_json: bool, explain: bool) -> Result<(), Fai
     };
     // What only the bus engine can tell: mappings of PDOs, for example.
     build::core(&gateway, Instant::ZERO)?;
+    let Diagnostics(warnings) = &gateway.warnings;
+    if !as_json && !warnings.is_empty() {
+        eprintln!("{}", gateway.warnings);
+    }
     if explain {
         let explanation = Explanation::new(&gateway, run::storage_directory(&gateway).as_deref());
         let text = explanation.text().map_err(|error| Failure::Other(error.to_string()));
         return print(&if as_json { json(&explanation)? } else { text? });
     }
     if as_json {
-        return print(&json(&Diagnostics::default())?);
+        return print(&json(&gateway.warnings)?);
     }
     let count = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
     let buses = gateway.buses.len();
     let buses = if buses == 1 { "1 bus".to_owned() } else { format!("{buses} buses") };
-    print(&format!("{}: ok ({buses}, {})\n", file.display(), count(gateway.devices.len(), "device")))?;
+    let mut what = format!("{buses}, {}", count(gateway.devices.len(), "device"));
+    if !warnings.is_empty() {
+        what += &format!(", {}", count(warnings.len(), "warning"));
+    }
+    print(&format!("{}: ok ({what})\n", file.display()))?;
     let rates = gateway.buses.iter().filter_map(|bus| Some((&bus.name, bus.bit_rate_kbit_s?)));
     let lines = rates
         .map(|(name, rate)| format!("bus `{name}`: {rate} kbit/s; axisd leaves its interface as it is\n"));

@@ -59,10 +59,20 @@ fn serve(gateway: Gateway, file: Option<&Path>, advice: &str, introduction: &str
     let gateways = Gateways::listen(&gateway, &ports.served)?;
     let modbus = modbus_tcp::listen_all(&gateway)?;
     let (log, dial) = log::start(&gateway.service.log);
+    count_warnings(&gateway);
     let outcome = run(gateway, file, (ports, gateways), modbus, introduction, dial);
     info!(target: SERVICE, "stopped");
     drop(log);
     outcome
+}
+
+/// Says which files have something odd about them; `axisd check` says what.
+fn count_warnings(gateway: &Gateway) {
+    let mut files: BTreeMap<&str, usize> = BTreeMap::new();
+    gateway.warnings.0.iter().for_each(|warning| *files.entry(&warning.file).or_default() += 1);
+    for (file, number) in files {
+        warn!(target: SERVICE, "{file} has something odd in {number} places; `axisd check` tells which");
+    }
 }
 
 /// Runs until a signal; the control socket and those of gateways are in the file system until then.

@@ -146,21 +146,31 @@ fn drop_misshapen(objects: &mut Objects, report: &mut Report) {
     });
 }
 
-/// A node works with integers of any width, but with nothing else where the standard has an integer.
+/// A node works with unsigned integers that are at least as wide as the standard has them, and with nothing else where
+/// the standard has an integer.
 fn check_type(address: Address, is_var: bool, draft: &mut Draft, report: &mut Report) {
     let Some(standard) = data_type(address, is_var) else { return };
     let own = draft.entry.data_type;
     if own == standard || standard.integer_limits().is_none() {
         return;
     }
-    if own.integer_limits().is_some() {
+    let is_integer = own.integer_limits().is_some();
+    if is_integer && !own.is_signed() && own.bits() >= standard.bits() {
         let message = format!("{address} is {standard} by the standard, and {own} here");
         return report.warn(&draft.span, message, "it is served as this file says".to_owned());
     }
     report.warn(&draft.span, format!("{address} is {own} here and becomes {standard}"), None);
-    let Entry { sub, name, access, .. } = draft.entry.clone();
+    let Entry { sub, name, access, initial, .. } = draft.entry.clone();
     draft.entry = Entry::new(sub, name, standard, access);
-    draft.value = None;
+    match initial {
+        Initial::PlusNodeId(_) if is_integer => draft.entry.initial = initial,
+        Initial::Value(Value::Fixed(raw)) if is_integer => {
+            let value = Value::integer(standard, i128::from(raw));
+            draft.value = draft.value.take().filter(|_| value.is_some());
+            draft.entry.initial = Initial::Value(value.unwrap_or_else(|| Value::zero(standard)));
+        }
+        Initial::PlusNodeId(_) | Initial::Value(_) => draft.value = None,
+    }
 }
 
 /// The value of an entry for which the file has none: that of the standard, or what makes the entry work.

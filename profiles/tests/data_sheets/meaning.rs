@@ -183,6 +183,21 @@ fn communication_objects_without_a_default_have_that_of_the_standard() {
 }
 
 #[test]
+fn what_a_node_works_with_has_room_for_its_value() {
+    let byte = var(0x2000, "DataType=0x5, AccessType=ro, PDOMapping=1");
+    let text = with(&(byte + WITHOUT_DEFAULTS));
+    for (own, becomes) in [("0x2", 7), ("0x5", 7), ("0x4", 7), ("0x9", 7), ("0x1B", 0x1B)] {
+        let text = text.replace(
+            "ParameterName=COB-ID\nObjectType=0x7\nDataType=0x7",
+            &format!("ParameterName=COB-ID\nDataType={own}"),
+        );
+        let (profile, _) = read(&text);
+        let cob_id = entry(&profile, 0x1801, 1);
+        assert_eq!(cob_id.data_type as u16, becomes, "{own}");
+    }
+}
+
+#[test]
 fn no_default_makes_a_node_disturb_others() {
     let bad = |index: &str, value: &str| {
         let text = with(WITHOUT_DEFAULTS)

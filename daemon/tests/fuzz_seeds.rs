@@ -46,6 +46,7 @@ fn seeds(name: &str) -> Vec<(PathBuf, Vec<u8>)> {
     let own = format!("fuzz/seeds/{name}");
     let folders = match name {
         "dump" => vec!["daemon/tests/recorded"],
+        "eds" => vec!["profiles/tests/data_sheets/sheets"],
         "gateway_toml" => vec!["config/examples"],
         "profile_toml" => vec!["profiles/devices"],
         _ => vec![&*own],

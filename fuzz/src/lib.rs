@@ -5,6 +5,7 @@ pub mod ascii_gateway;
 pub mod concise_dcf;
 pub mod control_request;
 pub mod dump;
+pub mod eds;
 pub mod gateway_toml;
 pub mod lss_master;
 pub mod modbus;
@@ -20,11 +21,12 @@ pub mod wire_format;
 pub type Target = fn(&[u8]);
 
 /// Every target and its name, which the folder with its seeds has, too.
-pub const TARGETS: [(&str, Target); 15] = [
+pub const TARGETS: [(&str, Target); 16] = [
     ("ascii_gateway", ascii_gateway::run),
     ("concise_dcf", concise_dcf::run),
     ("control_request", control_request::run),
     ("dump", dump::run),
+    ("eds", eds::run),
     ("gateway_toml", gateway_toml::run),
     ("lss_master", lss_master::run),
     ("modbus", modbus::run),

@@ -8,6 +8,7 @@
 //! core fills when somebody has asked and leaves alone otherwise, and one queue ([`orders`]). What moves an axis is a
 //! sequence on this side ([`crate::motion`]), which ends with its client.
 
+mod axes;
 mod board;
 mod errand;
 mod faults;
@@ -24,12 +25,12 @@ mod sheet;
 mod signals;
 mod traffic;
 
+pub(crate) use axes::find as find_device;
 pub use board::{Publisher, Reader, board};
 pub use errand::{
     Commanded, Described, Errand, NmtOrder, NodePlace, ObjectError, ObjectOrder, ObjectTask, SendOrder,
     Target, Watched,
 };
-pub(crate) use faults::find as find_device;
 pub use faults::{AxisFaults, Order, Outcome, text};
 pub use lss::LssResult;
 pub use motion::{Ended, Progress};

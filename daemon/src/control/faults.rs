@@ -1,11 +1,10 @@
 //! Faults of the simulated plants, told and ordered.
 
-use core::ops::Range;
-
 use od::Instant;
-use profiles::{PlantFault, Repair};
+use profiles::{Device, PlantFault, Repair};
 use serde::{Deserialize, Serialize};
 
+use super::axes::{change, list};
 use crate::core::Core;
 use crate::status::table;
 
@@ -57,26 +56,18 @@ impl Order {
     /// # Errors
     /// There is no such device or axis.
     pub fn carry_out(&self, now: Instant, core: &mut Core) -> Outcome {
-        match self {
+        let device = match self {
             Self::Inject { device, axis, fault } => {
-                let number = find(core, device)?;
-                for axis in axes(core, number, device, *axis)? {
-                    core.inject(now, number, axis, *fault).map_err(|error| error.to_string())?;
-                }
-                Ok(told(core, number, device))
+                change(core, device, *axis, |core, device, axis| core.inject(now, device, axis, *fault))?;
+                Some(device)
             }
             Self::Repair { device, axis, repair } => {
-                let number = find(core, device)?;
-                for axis in axes(core, number, device, *axis)? {
-                    core.repair(now, number, axis, *repair).map_err(|error| error.to_string())?;
-                }
-                Ok(told(core, number, device))
+                change(core, device, *axis, |core, device, axis| core.repair(now, device, axis, *repair))?;
+                Some(device)
             }
-            Self::List { device: Some(device) } => Ok(told(core, find(core, device)?, device)),
-            Self::List { device: None } => {
-                Ok(core.names().flat_map(|(number, device)| told(core, number, device)).collect())
-            }
-        }
+            Self::List { device } => device.as_ref(),
+        };
+        list(core, device.map(String::as_str), told)
     }
 
     /// The device that it changes, and how, for the log.
@@ -105,37 +96,7 @@ pub fn text(axes: &[AxisFaults]) -> String {
     table(&["DEVICE", ">AXIS", "FAULTS"], &rows)
 }
 
-/// The position of the device of this name.
-pub(crate) fn find(core: &Core, device: &str) -> Result<usize, String> {
-    core.find(device).ok_or_else(|| {
-        let known: Vec<&str> = core.names().map(|(_, name)| name).collect();
-        format!("no device `{device}`; there are: {}", known.join(", "))
-    })
-}
-
-/// The numbers from 0 of the axes that are meant.
-pub(super) fn axes(
-    core: &Core,
-    number: usize,
-    device: &str,
-    axis: Option<usize>,
-) -> Result<Range<usize>, String> {
-    let count = core.device(number).map_or(0, |device| device.axes().count());
-    match (count, axis) {
-        (0, _) => Err(format!("device `{device}` has no axis")),
-        (_, None) => Ok(0..count),
-        (_, Some(axis @ 1..)) if axis <= count => Ok(axis - 1..axis),
-        (1, Some(axis)) => Err(format!("device `{device}` has no axis {axis}, only axis 1")),
-        (_, Some(axis)) => Err(format!("device `{device}` has no axis {axis}, only 1 to {count}")),
-    }
-}
-
-fn told(core: &Core, number: usize, name: &str) -> Vec<AxisFaults> {
-    let Some(device) = core.device(number) else { return Vec::new() };
-    let told = |axis: usize| AxisFaults {
-        device: name.to_owned(),
-        axis: axis + 1,
-        faults: device.plant_faults(axis).map(|fault| fault.to_string()).collect(),
-    };
-    (0..device.axes().count()).map(told).collect()
+fn told(name: &str, device: &Device, axis: usize) -> Option<AxisFaults> {
+    let faults = device.plant_faults(axis).map(|fault| fault.to_string()).collect();
+    Some(AxisFaults { device: name.to_owned(), axis: axis + 1, faults })
 }

@@ -3,7 +3,7 @@
 use od::{Bus, Instant, Owner};
 use serde::{Deserialize, Serialize};
 
-use super::faults::{axes, find};
+use super::axes::{change, find, list};
 use crate::core::{Core, LinkId};
 use crate::status::{owner_name, table};
 
@@ -39,22 +39,15 @@ impl Claim {
     pub fn carry_out(&self, now: Instant, core: &mut Core, buses: &[&str]) -> Result<Vec<AxisOwner>, String> {
         let Self { device: name, axis, owner } = self;
         let device = find(core, name)?;
-        let axes = axes(core, device, name, *axis)?;
         let owner = owner.as_deref().map(|owner| claimant(core, (device, name), owner, buses)).transpose()?;
-        for axis in axes {
-            let given = match owner {
-                Some(owner) => core.claim(now, device, axis, owner),
-                None => core.release(now, device, axis),
-            };
-            given.map_err(|error| error.to_string())?;
-        }
-        let count = core.device(device).map_or(0, |device| device.axes().count());
-        let told = |axis| AxisOwner {
-            device: name.clone(),
-            axis: axis + 1,
-            owner: owner_name(core.owner(device, axis), buses),
-        };
-        Ok((0..count).map(told).collect())
+        change(core, name, *axis, |core, device, axis| match owner {
+            Some(owner) => core.claim(now, device, axis, owner),
+            None => core.release(now, device, axis),
+        })?;
+        list(core, Some(name), |name, _, axis| {
+            let owner = owner_name(core.owner(device, axis), buses);
+            Some(AxisOwner { device: name.to_owned(), axis: axis + 1, owner })
+        })
     }
 
     /// What it changes, for the log.

@@ -1,10 +1,10 @@
 //! Signals that come to axes from outside of their machines, told and set.
 
 use od::Instant;
-use profiles::{Signal, Velocity, Voltage};
+use profiles::{Device, Signal, Velocity, Voltage};
 use serde::{Deserialize, Serialize};
 
-use super::faults::{axes, find};
+use super::axes::{change, list};
 use crate::core::Core;
 use crate::status::table;
 
@@ -46,19 +46,16 @@ impl SignalOrder {
     /// # Errors
     /// There is no such device or axis.
     pub fn carry_out(&self, now: Instant, core: &mut Core) -> Result<Vec<AxisSignals>, String> {
-        match self {
+        let device = match self {
             Self::Set { device, axis, signal } => {
-                let number = find(core, device)?;
-                for axis in axes(core, number, device, *axis)? {
-                    core.set_signal(now, number, axis, *signal).map_err(|error| error.to_string())?;
-                }
-                Ok(told(core, number, device))
+                change(core, device, *axis, |core, device, axis| {
+                    core.set_signal(now, device, axis, *signal)
+                })?;
+                Some(device)
             }
-            Self::List { device: Some(device) } => Ok(told(core, find(core, device)?, device)),
-            Self::List { device: None } => {
-                Ok(core.names().flat_map(|(number, device)| told(core, number, device)).collect())
-            }
-        }
+            Self::List { device } => device.as_ref(),
+        };
+        list(core, device.map(String::as_str), told)
     }
 
     /// The device that it changes, and how, for the log.
@@ -86,16 +83,12 @@ pub fn signals_text(axes: &[AxisSignals]) -> String {
     table(&["DEVICE", ">AXIS", ">ANALOG INPUT", ">EXTERNAL ENCODER"], &rows)
 }
 
-fn told(core: &Core, number: usize, name: &str) -> Vec<AxisSignals> {
-    let Some(device) = core.device(number) else { return Vec::new() };
-    let told = |axis: usize| {
-        let (Voltage(volts), Velocity(speed)) = device.signals(axis)?;
-        Some(AxisSignals {
-            device: name.to_owned(),
-            axis: axis + 1,
-            analog_input_v: volts,
-            external_encoder_counts_per_s: speed,
-        })
-    };
-    (0..device.axes().count()).filter_map(told).collect()
+fn told(name: &str, device: &Device, axis: usize) -> Option<AxisSignals> {
+    let (Voltage(volts), Velocity(speed)) = device.signals(axis)?;
+    Some(AxisSignals {
+        device: name.to_owned(),
+        axis: axis + 1,
+        analog_input_v: volts,
+        external_encoder_counts_per_s: speed,
+    })
 }

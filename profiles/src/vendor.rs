@@ -23,6 +23,29 @@ pub(crate) enum Vendor {
     Mac4(Box<mac4::Controller>),
 }
 
+/// Who moves an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Mover {
+    /// The CiA 402 drive, or nobody yet.
+    #[default]
+    Cia402,
+    /// The vocabulary, as long as CiA 402 lets it: the drive follows all that happens, leaves the power alone, and takes the
+    /// axis over when it is enabled or fails. So do JVL's registers.
+    Lent,
+    /// The vocabulary alone: the drive looks on until that gives the axis up. So does MACCON's controller.
+    Foreign,
+}
+
+impl Mover {
+    /// Whether it is the vocabulary of the vendor.
+    pub(crate) const fn is_vendor(self) -> bool {
+        match self {
+            Self::Cia402 => false,
+            Self::Lent | Self::Foreign => true,
+        }
+    }
+}
+
 /// What a vocabulary works with.
 pub(crate) struct Scope<'a> {
     pub(crate) dictionary: &'a mut Dictionary,
@@ -39,8 +62,7 @@ pub(crate) struct Scope<'a> {
     pub(crate) analog_input: Voltage,
     /// Speed of the encoder that gear modes follow.
     pub(crate) external_encoder: Velocity,
-    /// The vocabulary runs the axis.
-    pub(crate) is_lent: bool,
+    pub(crate) mover: Mover,
     /// A limit switch that is met may be an error.
     pub(crate) minds_limit_switches: bool,
 }
@@ -92,7 +114,7 @@ impl Scope<'_> {
             dialect: self.dialect,
             is_referenced: self.is_referenced,
             mode,
-            is_lent: self.is_lent,
+            mover: self.mover,
             minds_limit_switches: self.minds_limit_switches,
         };
         (self.drive, context)
@@ -131,11 +153,12 @@ impl Vendor {
         }
     }
 
-    /// Whether this vocabulary alone commands the axis, so that CiA 402 only looks on.
-    pub(crate) fn has_axis(&self) -> bool {
+    /// Who moves the axis.
+    pub(crate) fn mover(&self) -> Mover {
         match self {
-            Self::None | Self::Jvl(_) => false,
-            Self::Mac4(controller) => controller.has_axis(),
+            Self::Jvl(module) if module.runs_axis() => Mover::Lent,
+            Self::Mac4(controller) if controller.has_axis() => Mover::Foreign,
+            Self::None | Self::Jvl(_) | Self::Mac4(_) => Mover::Cia402,
         }
     }
 
@@ -160,15 +183,6 @@ impl Vendor {
         match self {
             Self::None | Self::Mac4(_) => true,
             Self::Jvl(module) => module.note_register(role),
-        }
-    }
-
-    /// Whether it runs the axis, so that the CiA 402 drive leaves its power alone.
-    pub(crate) fn runs_axis(&self) -> bool {
-        match self {
-            Self::None => false,
-            Self::Jvl(module) => module.runs_axis(),
-            Self::Mac4(controller) => controller.has_axis(),
         }
     }
 

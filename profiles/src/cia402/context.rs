@@ -4,6 +4,7 @@ use axis::{Acceleration, Axis};
 
 use super::{Mode, SetPoints, limits, modes, options};
 use crate::slots::Parameters;
+use crate::vendor::Mover;
 use crate::{Binding, Dialect, Motor};
 
 /// What a drive works with: its objects and its axis.
@@ -19,8 +20,8 @@ pub(crate) struct Context<'a> {
     pub(crate) is_referenced: &'a mut bool,
     /// The mode in effect when the drive was called.
     pub(crate) mode: Mode,
-    /// The vendor's own words run the axis; the drive leaves its power alone until it operates or there is a fault.
-    pub(crate) is_lent: bool,
+    /// Who moves the axis when the drive is called.
+    pub(crate) mover: Mover,
     /// A limit switch that is met may be an error.
     pub(crate) minds_limit_switches: bool,
 }
@@ -28,14 +29,14 @@ pub(crate) struct Context<'a> {
 impl Context<'_> {
     /// Switches the axis off, unless others run it.
     pub(super) fn power_off(&mut self) {
-        if !self.is_lent {
+        if !self.mover.is_vendor() {
             self.axis.power_off();
         }
     }
 
     /// Takes the axis over from others, with the limits and reactions of the objects.
     pub(super) fn take_over(&mut self) {
-        if self.is_lent {
+        if self.mover.is_vendor() {
             self.apply_limits();
             options::guard_axis(self);
         }

@@ -16,7 +16,7 @@ use crate::cia402::{AbortConnection, Context, Drive402, Fault, SetPoints};
 use crate::raster::Alignment;
 use crate::simulated::Simulated;
 use crate::slots::{Parameters, Slots};
-use crate::vendor::{Scope, Vendor, Wish};
+use crate::vendor::{Mover, Scope, Vendor, Wish};
 use crate::{Binding, Dialect, Motor, Profile, RegisterFile, Role, jvl};
 
 /// Simulated time that one call of [`Unit::advance`] catches up at most.
@@ -65,8 +65,8 @@ pub(super) struct Unit {
     pub(super) axis: Axis,
     pub(super) drive: Drive402,
     pub(super) vendor: Vendor,
-    /// The vendor's vocabulary commands the axis.
-    is_foreign: bool,
+    /// Who moves the axis, as of the last time that the vendor's vocabulary acted.
+    mover: Mover,
     /// The axis knows its home position.
     is_referenced: bool,
     touch_probe: TouchProbe,
@@ -118,7 +118,7 @@ impl Unit {
             axis: Axis::with_generator_cycle(period, cycle, limits, drive.build(period)),
             drive: Drive402::new(profile.dialect),
             vendor: Vendor::new(profile.dialect, motor, schema, axis),
-            is_foreign: false,
+            mover: Mover::Cia402,
             is_referenced: false,
             touch_probe: TouchProbe::default(),
             analog_input: Voltage(0.0),
@@ -186,7 +186,7 @@ impl Unit {
         if written.factors {
             self.rescale(dictionary);
         }
-        let is_foreign = self.is_foreign;
+        let is_foreign = self.mover == Mover::Foreign;
         let (drive, touch_probe, mut context) = self.split(dictionary);
         if written.factors && !is_foreign {
             drive.handle_units(&mut context);
@@ -241,13 +241,12 @@ impl Unit {
         }
         self.axis.step();
         self.stepped = due;
-        let is_foreign = self.is_foreign;
+        let mover = self.mover;
         let (drive, touch_probe, mut context) = self.split(dictionary);
         touch_probe.step(context.parameters, context.axis.status());
-        if is_foreign {
-            drive.look_on(&mut context);
-        } else {
-            drive.step(&mut context);
+        match mover {
+            Mover::Cia402 | Mover::Lent => drive.step(&mut context),
+            Mover::Foreign => drive.look_on(&mut context),
         }
         let (vendor, mut scope) = self.scope(dictionary);
         vendor.step(&mut scope);
@@ -260,7 +259,7 @@ impl Unit {
         self.axis.reset_fault();
         self.drive = Drive402::new(self.dialect);
         self.vendor = Vendor::new(self.dialect, &self.motor, dictionary.schema(), self.number);
-        self.is_foreign = false;
+        self.mover = Mover::Cia402;
         self.is_referenced = false;
         self.touch_probe = TouchProbe::default();
         self.shown_fault = None;
@@ -287,7 +286,7 @@ impl Unit {
     /// Stops an axis that runs by the words of its vendor; whether it did.
     pub(super) fn halt(&mut self, dictionary: &mut Dictionary, now: Instant) -> bool {
         let (vendor, mut scope) = self.scope(dictionary);
-        let is_running = vendor.runs_axis();
+        let is_running = scope.mover.is_vendor();
         if is_running {
             vendor.halt(&mut scope);
             self.wake(now);
@@ -360,7 +359,7 @@ impl Unit {
             is_referenced: &mut self.is_referenced,
             analog_input: self.analog_input,
             external_encoder: self.external_encoder,
-            is_lent: self.vendor.runs_axis(),
+            mover: self.vendor.mover(),
             minds_limit_switches: self.vendor.minds_limit_switches(),
         };
         (&mut self.vendor, scope)
@@ -381,7 +380,7 @@ impl Unit {
             dialect: self.dialect,
             mode,
             is_referenced: &mut self.is_referenced,
-            is_lent: self.vendor.runs_axis(),
+            mover: self.vendor.mover(),
             minds_limit_switches: self.vendor.minds_limit_switches(),
         };
         (&mut self.drive, &mut self.touch_probe, context)

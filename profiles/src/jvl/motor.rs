@@ -322,7 +322,7 @@ impl MacMotor {
         self.has_power = false;
         self.ends_passive = false;
         self.samples_inside = 0;
-        sample.no_longer_lent();
+        sample.give_back();
     }
 
     /// Has the axis do what the mode demands now.

@@ -26,7 +26,7 @@ use od::Dictionary;
 
 use crate::cia402::AbortConnection;
 use crate::jvl::fastmac::FastMac;
-use crate::vendor::{Scope, Wish};
+use crate::vendor::{Mover, Scope, Wish};
 use crate::{Binding, Fault, Motor, RegisterFile, Role, StepperMotor};
 
 use bits::{Errors, Flags, Setup, Warnings};
@@ -304,7 +304,7 @@ impl MisMotor {
         self.active = None;
         self.wanted = None;
         self.has_power = false;
-        sample.scope.is_lent = false;
+        sample.scope.mover = Mover::Cia402;
     }
 
     /// Has the axis do what the mode wants now.

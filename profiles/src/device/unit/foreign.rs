@@ -1,17 +1,17 @@
-//! An axis that the vendor's vocabulary commands, rather than CiA 402.
+//! An axis that the vendor's vocabulary alone moves, rather than CiA 402.
 
 use od::{Dictionary, Instant};
 
 use super::Unit;
 use crate::mac4;
 use crate::mac4::{Controller, Instruction, Outcome, Record};
-use crate::vendor::{Scope, Vendor};
+use crate::vendor::{Mover, Scope, Vendor};
 
 impl Unit {
-    /// Follows who commands the axis: CiA 402 puts its limits on it again when the other gives it up.
+    /// Follows who moves the axis: CiA 402 puts its limits on it again when another one that had it alone gives it up.
     pub(super) fn hand_over(&mut self, dictionary: &mut Dictionary) {
-        let was_foreign = core::mem::replace(&mut self.is_foreign, self.vendor.has_axis());
-        if was_foreign && !self.is_foreign {
+        let before = core::mem::replace(&mut self.mover, self.vendor.mover());
+        if before == Mover::Foreign && self.mover != Mover::Foreign {
             self.axis.set_target_window(None);
             let (drive, _, mut context) = self.split(dictionary);
             drive.handle_parameters(&mut context);

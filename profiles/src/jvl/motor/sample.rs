@@ -8,7 +8,7 @@ use super::mode::Mode;
 use crate::Role;
 use crate::jvl::inputs as module_inputs;
 use crate::jvl::units::{Family, MacUnits};
-use crate::vendor::Scope;
+use crate::vendor::{Mover, Scope};
 
 /// A motor's surroundings at one moment.
 pub(in crate::jvl) struct Sample<'s, 'a> {
@@ -129,8 +129,9 @@ impl<'s, 'a> Sample<'s, 'a> {
         drive.handle_parameters(&mut context);
     }
 
-    pub(super) fn no_longer_lent(&mut self) {
-        self.scope.is_lent = false;
+    /// The axis is that of CiA 402 again.
+    pub(super) fn give_back(&mut self) {
+        self.scope.mover = Mover::Cia402;
     }
 
     pub(super) fn set_referenced(&mut self) {

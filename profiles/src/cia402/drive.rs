@@ -193,6 +193,11 @@ impl Drive402 {
         }
     }
 
+    /// Whether the operator has stopped the drive, so that nobody is obeyed any more.
+    pub(crate) fn is_shutting_down(&self) -> bool {
+        self.is_shutting_down
+    }
+
     /// Whether the drive is in a fault, or about to be.
     pub(crate) fn has_failed(&self) -> bool {
         matches!(self.state, State::FaultReactionActive | State::Fault)

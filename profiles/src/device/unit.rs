@@ -274,7 +274,7 @@ impl Unit {
         self.schedule(now);
     }
 
-    /// Ramps down, switches off and obeys no more commands.
+    /// Ramps down, switches off and obeys no more commands. The drive goes first, since the vendor's vocabulary asks it.
     pub(super) fn shut_down(&mut self, dictionary: &mut Dictionary, now: Instant) {
         let (drive, _, mut context) = self.split(dictionary);
         drive.shut_down(&mut context);

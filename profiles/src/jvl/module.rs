@@ -269,21 +269,24 @@ impl Module {
         }
     }
 
-    /// Reacts to the loss of the master.
+    /// Reacts to the loss of the master; after a stop the motor `holds` or becomes passive.
     pub(crate) fn lose_master(&mut self, reaction: AbortConnection, holds: bool, scope: &mut Scope<'_>) {
-        match &mut self.motor {
-            Registers::Plain => {}
-            Registers::Mac(motor) => motor.lose_master(reaction, holds, scope),
-            Registers::Mis(motor) => motor.lose_master(reaction, holds, scope),
+        if !scope.drive.is_shutting_down() {
+            self.end(reaction, holds, scope);
         }
     }
 
-    /// Ramps down, switches off and obeys no more commands.
+    /// Ramps down and switches off. That no command is obeyed any more the drive knows.
     pub(crate) fn shut_down(&mut self, scope: &mut Scope<'_>) {
+        self.end(AbortConnection::QuickStop, false, scope);
+    }
+
+    /// Ends what the motor does by its registers.
+    fn end(&mut self, reaction: AbortConnection, holds: bool, scope: &mut Scope<'_>) {
         match &mut self.motor {
-            Registers::Plain => {}
-            Registers::Mac(motor) => motor.shut_down(scope),
-            Registers::Mis(motor) => motor.shut_down(scope),
+            Registers::Mac(motor) if motor.runs_axis() => motor.end(reaction, holds, scope),
+            Registers::Mis(motor) if motor.runs_axis() => motor.end(reaction, holds, scope),
+            Registers::Plain | Registers::Mac(_) | Registers::Mis(_) => {}
         }
     }
 

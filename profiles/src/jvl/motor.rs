@@ -75,7 +75,6 @@ pub(crate) struct MacMotor {
     wishes: VecDeque<Wish>,
     /// The motor has just been switched on.
     is_starting: bool,
-    is_shutting_down: bool,
 }
 
 impl MacMotor {
@@ -111,7 +110,6 @@ impl MacMotor {
             written: Vec::new(),
             wishes: VecDeque::new(),
             is_starting: true,
-            is_shutting_down: false,
         }
     }
 
@@ -203,36 +201,22 @@ impl MacMotor {
         self.resistor.rest(seconds);
     }
 
-    /// The master is gone: a motor with power does as told, and where that is a quick stop it then `holds` or becomes
-    /// passive.
-    pub(crate) fn lose_master(&mut self, reaction: AbortConnection, holds: bool, scope: &mut Scope<'_>) {
-        if !self.runs_axis() || self.is_shutting_down {
-            return;
-        }
+    /// Ends the mode that runs the axis as told; after a quick stop the motor `holds` or becomes passive.
+    pub(crate) fn end(&mut self, reaction: AbortConnection, holds: bool, scope: &mut Scope<'_>) {
+        let sample = &mut self.sample(scope);
         match reaction {
             AbortConnection::NoAction => {}
             AbortConnection::Fault => {
-                let fault = Fault::connection_lost(scope.dialect);
-                let (drive, mut context) = scope.drive();
+                let fault = Fault::connection_lost(sample.scope.dialect);
+                let (drive, mut context) = sample.scope.drive();
                 drive.raise(fault, &mut context);
-                self.leave(&mut self.sample(scope));
+                self.leave(sample);
             }
-            AbortConnection::DisableVoltage => self.go_passive(&mut self.sample(scope)),
+            AbortConnection::DisableVoltage => self.go_passive(sample),
             AbortConnection::QuickStop => {
-                let sample = &mut self.sample(scope);
                 self.brake(!holds, sample);
                 self.run(sample);
             }
-        }
-    }
-
-    /// Ramps down, switches off and obeys no more commands.
-    pub(crate) fn shut_down(&mut self, scope: &mut Scope<'_>) {
-        self.is_shutting_down = true;
-        if self.runs_axis() {
-            let sample = &mut self.sample(scope);
-            self.brake(true, sample);
-            self.run(sample);
         }
     }
 
@@ -243,8 +227,7 @@ impl MacMotor {
             self.go_passive(sample);
         }
         self.reset_errors(sample);
-        let is_shutting_down = self.is_shutting_down;
-        *self = Self { is_shutting_down, ..Self::new(self.family) };
+        *self = Self::new(self.family);
     }
 
     /// The next thing that the device is to do.
@@ -273,7 +256,7 @@ impl MacMotor {
     /// while there is a fault, or while the CiA 402 drive has the axis.
     fn set_mode(&mut self, mode: Mode, sample: &mut Sample<'_, '_>) {
         let is_same = self.active.as_ref().is_some_and(|active| active.mode() == mode);
-        if sample.is_taken() || self.is_shutting_down || (is_same && !self.ends_passive) {
+        if sample.is_taken() || sample.scope.drive.is_shutting_down() || (is_same && !self.ends_passive) {
             return;
         }
         match Active::new(mode, sample) {

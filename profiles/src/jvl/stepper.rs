@@ -73,7 +73,6 @@ pub(crate) struct MisMotor {
     wishes: VecDeque<Wish>,
     /// The motor has just been switched on.
     is_starting: bool,
-    is_shutting_down: bool,
 }
 
 impl MisMotor {
@@ -105,7 +104,6 @@ impl MisMotor {
             objects: Vec::new(),
             wishes: VecDeque::new(),
             is_starting: true,
-            is_shutting_down: false,
         }
     }
 
@@ -192,34 +190,20 @@ impl MisMotor {
         self.counters.rest(seconds);
     }
 
-    /// The master is gone: a motor with power does as told, and where that is a quick stop it then `holds` or becomes
-    /// passive.
-    pub(crate) fn lose_master(&mut self, reaction: AbortConnection, holds: bool, scope: &mut Scope<'_>) {
-        if !self.runs_axis() || self.is_shutting_down {
-            return;
-        }
+    /// Ends the mode that runs the axis as told; after a quick stop the motor `holds` or becomes passive.
+    pub(crate) fn end(&mut self, reaction: AbortConnection, holds: bool, scope: &mut Scope<'_>) {
+        let sample = &mut self.sample(scope);
         match reaction {
             AbortConnection::NoAction => {}
             AbortConnection::Fault => {
-                let fault = Fault::connection_lost(scope.dialect);
-                self.fail(fault, Errors::INTERNAL, &mut self.sample(scope));
+                let fault = Fault::connection_lost(sample.scope.dialect);
+                self.fail(fault, Errors::INTERNAL, sample);
             }
-            AbortConnection::DisableVoltage => self.go_passive(&mut self.sample(scope)),
+            AbortConnection::DisableVoltage => self.go_passive(sample),
             AbortConnection::QuickStop => {
-                let sample = &mut self.sample(scope);
                 self.brake(!holds, sample);
                 self.run(sample);
             }
-        }
-    }
-
-    /// Ramps down, switches off and obeys no more commands.
-    pub(crate) fn shut_down(&mut self, scope: &mut Scope<'_>) {
-        self.is_shutting_down = true;
-        if self.runs_axis() {
-            let sample = &mut self.sample(scope);
-            self.brake(true, sample);
-            self.run(sample);
         }
     }
 
@@ -230,8 +214,7 @@ impl MisMotor {
             self.go_passive(sample);
         }
         reset_faults(sample);
-        let is_shutting_down = self.is_shutting_down;
-        *self = Self { is_shutting_down, ..Self::new(self.stepper) };
+        *self = Self::new(self.stepper);
         commands::show_registers_in_objects(sample);
     }
 
@@ -264,7 +247,7 @@ impl MisMotor {
     /// a fault, or while the CiA 402 drive has the axis.
     fn set_mode(&mut self, mode: Mode, sample: &mut Sample<'_, '_>) {
         let is_same = self.active.as_ref().is_some_and(|active| active.mode() == Some(mode));
-        if sample.is_taken() || self.is_shutting_down || is_same {
+        if sample.is_taken() || sample.scope.drive.is_shutting_down() || is_same {
             return;
         }
         match Active::new(mode) {

@@ -54,8 +54,6 @@ pub(crate) struct Controller {
     interrupts: u8,
     vector: u8,
     outcome: Outcome,
-    /// The operator has stopped the device: nothing is obeyed any more.
-    is_retired: bool,
 }
 
 /// What an axis is at.
@@ -122,7 +120,6 @@ impl Controller {
             interrupts: 0,
             vector: 0,
             outcome: Outcome::default(),
-            is_retired: false,
         }
     }
 
@@ -155,7 +152,7 @@ impl Controller {
     /// Acts on what was noted: values before commands, and E after what it executes.
     pub(crate) fn act(&mut self, scope: &mut Scope<'_>) {
         let written = core::mem::take(&mut self.written);
-        if self.is_retired {
+        if scope.drive.is_shutting_down() {
             return;
         }
         let mut ordered: Vec<Instruction> =
@@ -394,7 +391,6 @@ impl Controller {
 
     /// The operator ends whatever the axis does.
     pub(crate) fn shut_down(&mut self, scope: &mut Scope<'_>) {
-        self.is_retired = true;
         if self.has_axis() {
             self.leave(Leaving::Off, scope);
         }

@@ -58,6 +58,17 @@ enum Registers {
     Mis(Box<MisMotor>),
 }
 
+/// Calls the verb of the motor, or says what it comes to for one without live registers.
+macro_rules! of_motor {
+    ($motor:expr, $plain:expr, $alive:ident => $call:expr) => {
+        match $motor {
+            Registers::Plain => $plain,
+            Registers::Mac($alive) => $call,
+            Registers::Mis($alive) => $call,
+        }
+    };
+}
+
 impl Module {
     /// A module on this motor, just switched on.
     pub(crate) fn new(motor: &Motor) -> Self {
@@ -97,11 +108,7 @@ impl Module {
 
     /// Notes that the register with this role was written; whether there is something to do about it now.
     pub(crate) fn note_register(&mut self, role: Role) -> bool {
-        match &mut self.motor {
-            Registers::Plain => true,
-            Registers::Mac(motor) => motor.note(role),
-            Registers::Mis(motor) => motor.note(role),
-        }
+        of_motor!(&mut self.motor, true, motor => motor.note(role))
     }
 
     /// Notes that the queue between module and motor has overflowed, or is empty again.
@@ -135,11 +142,7 @@ impl Module {
 
     /// Whether the motor runs the axis by its registers.
     pub(crate) fn runs_axis(&self) -> bool {
-        match &self.motor {
-            Registers::Plain => false,
-            Registers::Mac(motor) => motor.runs_axis(),
-            Registers::Mis(motor) => motor.runs_axis(),
-        }
+        of_motor!(&self.motor, false, motor => motor.runs_axis())
     }
 
     /// Whether the motor turns the other way round.
@@ -157,11 +160,7 @@ impl Module {
 
     /// Acts on registers that were written, then on commands.
     pub(crate) fn act(&mut self, scope: &mut Scope<'_>) {
-        match &mut self.motor {
-            Registers::Plain => {}
-            Registers::Mac(motor) => motor.act(scope),
-            Registers::Mis(motor) => motor.act(scope),
-        }
+        of_motor!(&mut self.motor, (), motor => motor.act(scope));
         if core::mem::take(&mut self.is_commanded) {
             self.reset(scope);
         }
@@ -170,11 +169,7 @@ impl Module {
             && let Some(command) = FastMac::from_number(fastmac)
         {
             self.traffic.pass(1);
-            match &mut self.motor {
-                Registers::Plain => {}
-                Registers::Mac(motor) => motor.command(command, scope),
-                Registers::Mis(motor) => motor.command(command, scope),
-            }
+            of_motor!(&mut self.motor, (), motor => motor.command(command, scope));
         }
         self.obey(scope);
         self.mirror.look(0.0, scope);
@@ -212,11 +207,7 @@ impl Module {
             Command::SaveMotor => self.store(Space::Motor),
             Command::Motor(number) => {
                 self.traffic.pass(1);
-                match &mut self.motor {
-                    Registers::Plain => {}
-                    Registers::Mac(motor) => motor.handle_command(number, scope),
-                    Registers::Mis(motor) => motor.handle_command(number, scope),
-                }
+                of_motor!(&mut self.motor, (), motor => motor.handle_command(number, scope));
             }
         }
     }
@@ -232,11 +223,7 @@ impl Module {
             let (drive, mut context) = scope.drive();
             drive.reset_only(Fault::motor_lost(), &mut context);
         }
-        match &mut self.motor {
-            Registers::Plain => {}
-            Registers::Mac(motor) => motor.step(scope),
-            Registers::Mis(motor) => motor.step(scope),
-        }
+        of_motor!(&mut self.motor, (), motor => motor.step(scope));
         self.mirror.look(scope.axis.period().seconds(), scope);
     }
 
@@ -262,11 +249,7 @@ impl Module {
 
     /// Lets time pass in which the axis slept.
     pub(crate) fn rest(&mut self, seconds: f64) {
-        match &mut self.motor {
-            Registers::Plain => {}
-            Registers::Mac(motor) => motor.rest(seconds),
-            Registers::Mis(motor) => motor.rest(seconds),
-        }
+        of_motor!(&mut self.motor, (), motor => motor.rest(seconds));
     }
 
     /// Reacts to the loss of the master; after a stop the motor `holds` or becomes passive.
@@ -283,29 +266,19 @@ impl Module {
 
     /// Ends what the motor does by its registers.
     fn end(&mut self, reaction: AbortConnection, holds: bool, scope: &mut Scope<'_>) {
-        match &mut self.motor {
-            Registers::Mac(motor) if motor.runs_axis() => motor.end(reaction, holds, scope),
-            Registers::Mis(motor) if motor.runs_axis() => motor.end(reaction, holds, scope),
-            Registers::Plain | Registers::Mac(_) | Registers::Mis(_) => {}
+        if self.runs_axis() {
+            of_motor!(&mut self.motor, (), motor => motor.end(reaction, holds, scope));
         }
     }
 
     /// Starts the motor anew; its registers have their power-on values.
     pub(crate) fn restart(&mut self, scope: &mut Scope<'_>) {
-        match &mut self.motor {
-            Registers::Plain => {}
-            Registers::Mac(motor) => motor.restart(scope),
-            Registers::Mis(motor) => motor.restart(scope),
-        }
+        of_motor!(&mut self.motor, (), motor => motor.restart(scope));
     }
 
     /// The next thing that the device is to do.
     pub(crate) fn poll_wish(&mut self) -> Option<Wish> {
-        let of_motor = match &mut self.motor {
-            Registers::Plain => None,
-            Registers::Mac(motor) => motor.poll_wish(),
-            Registers::Mis(motor) => motor.poll_wish(),
-        };
+        let of_motor = of_motor!(&mut self.motor, None, motor => motor.poll_wish());
         of_motor.or_else(|| self.wishes.pop_front())
     }
 
@@ -375,14 +348,9 @@ impl Module {
     /// 0x2011:03.
     fn status(&self, drive: &Drive402, view: View<'_>) -> MotorStatus {
         let mut bits = motor_status(drive.state(), drive.fault(), drive.statusword(view), view.axis.status());
-        match &self.motor {
-            Registers::Mac(motor) if motor.runs_axis() => {
-                bits.set(MotorStatus::IN_POSITION, motor.is_in_position());
-            }
-            Registers::Mis(motor) if motor.runs_axis() => {
-                bits.set(MotorStatus::IN_POSITION, motor.is_in_position());
-            }
-            Registers::Plain | Registers::Mac(_) | Registers::Mis(_) => {}
+        if self.runs_axis() {
+            let is_there = of_motor!(&self.motor, false, motor => motor.is_in_position());
+            bits.set(MotorStatus::IN_POSITION, is_there);
         }
         bits
     }

@@ -10,6 +10,7 @@ mod mirror;
 mod module;
 mod motor;
 mod objects;
+mod scope;
 mod stepper;
 mod traffic;
 mod units;

@@ -178,7 +178,7 @@ impl MacMotor {
         self.follow_inputs(sample);
         self.watch(sample);
         if let Some(active) = &mut self.active {
-            let had_power = core::mem::replace(&mut self.has_power, sample.has_power());
+            let had_power = core::mem::replace(&mut self.has_power, sample.scope.has_power());
             if self.has_power && !had_power {
                 // It begins where the axis is now.
                 *active = Active::new(active.mode(), sample).unwrap_or(Active::REST);
@@ -247,7 +247,7 @@ impl MacMotor {
 
     /// Leaves power-on once the drive is there: a zero search or the start mode.
     fn start(&mut self, sample: &mut Sample<'_, '_>) {
-        if sample.is_ready() && core::mem::take(&mut self.is_starting) {
+        if sample.scope.is_ready() && core::mem::take(&mut self.is_starting) {
             self.set_mode(sample.first_mode(), sample);
         }
     }
@@ -256,7 +256,8 @@ impl MacMotor {
     /// while there is a fault, or while the CiA 402 drive has the axis.
     fn set_mode(&mut self, mode: Mode, sample: &mut Sample<'_, '_>) {
         let is_same = self.active.as_ref().is_some_and(|active| active.mode() == mode);
-        if sample.is_taken() || sample.scope.drive.is_shutting_down() || (is_same && !self.ends_passive) {
+        if sample.scope.is_taken() || sample.scope.drive.is_shutting_down() || (is_same && !self.ends_passive)
+        {
             return;
         }
         match Active::new(mode, sample) {
@@ -294,7 +295,7 @@ impl MacMotor {
     fn go_passive(&mut self, sample: &mut Sample<'_, '_>) {
         sample.axis_mut().power_off();
         self.leave(sample);
-        sample.restore_limits();
+        sample.scope.restore_limits();
     }
 
     /// The axis is no longer run by a mode.
@@ -305,12 +306,12 @@ impl MacMotor {
         self.has_power = false;
         self.ends_passive = false;
         self.samples_inside = 0;
-        sample.give_back();
+        sample.scope.give_back();
     }
 
     /// Has the axis do what the mode demands now.
     fn run(&mut self, sample: &mut Sample<'_, '_>) {
-        if self.active.is_some() && sample.is_taken() {
+        if self.active.is_some() && sample.scope.is_taken() {
             return self.leave(sample);
         }
         let Some(active) = self.active.as_mut().filter(|_| self.has_power) else { return };
@@ -337,7 +338,7 @@ impl MacMotor {
         let actual = sample.axis().status().actual.position;
         self.set_position(axis::Position((actual - mark).0 + home), sample);
         sample.set(Role::PSoll, 0);
-        sample.set_referenced();
+        *sample.scope.is_referenced = true;
         self.is_homed = true;
         let mode = Mode::from_number(sample.register(Role::Startmode)).filter(|mode| !mode.is_search());
         self.set_mode(mode.unwrap_or_default(), sample);

@@ -26,7 +26,7 @@ use od::Dictionary;
 
 use crate::cia402::AbortConnection;
 use crate::jvl::fastmac::FastMac;
-use crate::vendor::{Mover, Scope, Wish};
+use crate::vendor::{Scope, Wish};
 use crate::{Binding, Fault, Motor, RegisterFile, Role, StepperMotor};
 
 use bits::{Errors, Flags, Setup, Warnings};
@@ -176,7 +176,7 @@ impl MisMotor {
         self.ramp.step(sample);
         self.watch(sample);
         if let Some(active) = &mut self.active {
-            self.has_power = sample.has_power();
+            self.has_power = sample.scope.has_power();
             if self.has_power && active.step(&mut self.counters, sample) {
                 self.wanted = None;
             }
@@ -235,7 +235,7 @@ impl MisMotor {
 
     /// Leaves power-on once the drive is there: the zero search of HOMEMODE or the mode of STARTMODE.
     fn start(&mut self, sample: &mut Sample<'_, '_>) {
-        if !sample.is_ready() || !core::mem::take(&mut self.is_starting) {
+        if !sample.scope.is_ready() || !core::mem::take(&mut self.is_starting) {
             return;
         }
         commands::show_registers_in_objects(sample);
@@ -247,7 +247,7 @@ impl MisMotor {
     /// a fault, or while the CiA 402 drive has the axis.
     fn set_mode(&mut self, mode: Mode, sample: &mut Sample<'_, '_>) {
         let is_same = self.active.as_ref().is_some_and(|active| active.mode() == Some(mode));
-        if sample.is_taken() || sample.scope.drive.is_shutting_down() || is_same {
+        if sample.scope.is_taken() || sample.scope.drive.is_shutting_down() || is_same {
             return;
         }
         match Active::new(mode) {
@@ -279,7 +279,7 @@ impl MisMotor {
     fn go_passive(&mut self, sample: &mut Sample<'_, '_>) {
         sample.axis_mut().power_off();
         self.leave(sample);
-        sample.restore_limits();
+        sample.scope.restore_limits();
     }
 
     /// The axis is no longer run by a mode.
@@ -287,7 +287,7 @@ impl MisMotor {
         self.active = None;
         self.wanted = None;
         self.has_power = false;
-        sample.scope.mover = Mover::Cia402;
+        sample.scope.give_back();
     }
 
     /// Has the axis do what the mode wants now.
@@ -297,7 +297,7 @@ impl MisMotor {
         if self.active.is_none() {
             return;
         }
-        if sample.is_taken() {
+        if sample.scope.is_taken() {
             return self.leave(sample);
         }
         let Some(active) = self.active.as_mut().filter(|_| self.has_power) else { return };

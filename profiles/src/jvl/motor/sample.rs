@@ -1,6 +1,6 @@
 //! What a motor works with in one sample: its registers in their units, its axis, its inputs.
 
-use axis::{Acceleration, Axis, DriveState, Position, Profile, Velocity};
+use axis::{Acceleration, Axis, Position, Profile, Velocity};
 
 use super::groups::Relative;
 use super::inputs;
@@ -8,7 +8,7 @@ use super::mode::Mode;
 use crate::Role;
 use crate::jvl::inputs as module_inputs;
 use crate::jvl::units::{Family, MacUnits};
-use crate::vendor::{Mover, Scope};
+use crate::vendor::Scope;
 
 /// A motor's surroundings at one moment.
 pub(in crate::jvl) struct Sample<'s, 'a> {
@@ -108,36 +108,6 @@ impl<'s, 'a> Sample<'s, 'a> {
         self.scope.external_encoder
     }
 
-    /// The drive can be switched on.
-    pub(super) fn is_ready(&self) -> bool {
-        self.axis().status().drive != DriveState::NotReady
-    }
-
-    /// The axis obeys.
-    pub(super) fn has_power(&self) -> bool {
-        self.axis().status().drive == DriveState::Enabled
-    }
-
-    /// The CiA 402 drive has the axis, or there is a fault.
-    pub(super) fn is_taken(&self) -> bool {
-        self.scope.drive.operates() || self.scope.drive.has_failed()
-    }
-
-    /// Gives the axis the limits and reactions of the CiA 402 objects again.
-    pub(super) fn restore_limits(&mut self) {
-        let (drive, mut context) = self.scope.drive();
-        drive.handle_parameters(&mut context);
-    }
-
-    /// The axis is that of CiA 402 again.
-    pub(super) fn give_back(&mut self) {
-        self.scope.mover = Mover::Cia402;
-    }
-
-    pub(super) fn set_referenced(&mut self) {
-        *self.scope.is_referenced = true;
-    }
-
     /// MAC00_1.
     pub(super) fn inputs(&self) -> u32 {
         let levels = &self.axis().status().inputs;
@@ -145,16 +115,9 @@ impl<'s, 'a> Sample<'s, 'a> {
         inputs::word(module, self.is_analog_high, self.register(Role::InputLevels))
     }
 
-    /// The single-turn place of `position`.
-    pub(super) fn single_turn(&self, position: Position) -> i32 {
-        let raw = position - self.axis().offset();
-        let turn = f64::from(self.scope.motor.counts_per_revolution);
-        raw.0.round().rem_euclid(turn) as i32
-    }
-
     /// The single-turn place at which the zero point is.
     pub(super) fn show_index_offset(&mut self, mark: Position) {
-        let offset = self.single_turn(mark);
+        let offset = self.scope.single_turn(mark);
         self.set(Role::IndexOffset, offset);
     }
 

@@ -6,6 +6,7 @@ use super::errors::{self, Flags};
 use super::groups::Relative;
 use super::{Family, MacMotor, MacUnits, Mode, Sample, modes, watch};
 use crate::Role;
+use crate::jvl::scope::is_shown_as_velocity;
 
 /// The velocities of the last 16 samples.
 #[derive(Clone, Copy, Debug, Default)]
@@ -66,7 +67,7 @@ impl MacMotor {
         sample.set(Role::VIst, units.coarse_velocity(status.actual.velocity));
         sample.set(Role::VIst16, units.fine_velocity(self.velocities.mean()));
         sample.set(Role::PQuick, MacUnits::counter(status.actual.position));
-        sample.set(Role::IndexIst, sample.single_turn(status.actual.position));
+        sample.set(Role::IndexIst, sample.scope.single_turn(status.actual.position));
         let external = sample.external_encoder();
         let geared = Velocity(external.0 * modes::gear_ratio(sample));
         sample.set(Role::VExt, units.coarse_velocity(external));
@@ -97,20 +98,11 @@ impl MacMotor {
 
     /// MODE_REG: that of the registers, or what the module sets while CiA 402 operates.
     fn shown_mode(&self, sample: &Sample<'_, '_>) -> Mode {
-        use crate::cia402::Mode as Drive;
         match &self.active {
             Some(active) => active.mode(),
-            None if sample.scope.drive.operates() => match sample.scope.drive.mode() {
-                Drive::ProfileVelocity | Drive::Velocity | Drive::CyclicVelocity => Mode::Velocity,
-                Drive::None
-                | Drive::ProfilePosition
-                | Drive::ProfileTorque
-                | Drive::Homing
-                | Drive::Interpolated
-                | Drive::CyclicPosition
-                | Drive::CyclicTorque => Mode::Position,
-            },
-            None => self.passive,
+            None if !sample.scope.drive.operates() => self.passive,
+            None if is_shown_as_velocity(sample.scope.drive.mode()) => Mode::Velocity,
+            None => Mode::Position,
         }
     }
 

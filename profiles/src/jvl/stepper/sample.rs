@@ -1,6 +1,6 @@
 //! What a stepper works with in one sample: its registers in their units, and its axis.
 
-use axis::{Acceleration, Axis, DriveState, Position, Profile, Travel, Turn, Velocity};
+use axis::{Acceleration, Axis, Position, Profile, Travel, Turn, Velocity};
 
 use super::bits::{Setup, ZeroSearch};
 use super::units::{self, StepUnits};
@@ -85,27 +85,6 @@ impl<'s, 'a> Sample<'s, 'a> {
         self.axis().period().seconds()
     }
 
-    /// The drive can be switched on.
-    pub(super) fn is_ready(&self) -> bool {
-        self.axis().status().drive != DriveState::NotReady
-    }
-
-    /// The axis obeys.
-    pub(super) fn has_power(&self) -> bool {
-        self.axis().status().drive == DriveState::Enabled
-    }
-
-    /// The CiA 402 drive has the axis, or there is a fault.
-    pub(super) fn is_taken(&self) -> bool {
-        self.scope.drive.operates() || self.scope.drive.has_failed()
-    }
-
-    /// Gives the axis the limits and reactions of the CiA 402 objects.
-    pub(super) fn restore_limits(&mut self) {
-        let (drive, mut context) = self.scope.drive();
-        drive.handle_parameters(&mut context);
-    }
-
     /// Velocity of the external encoder; none while its input is off.
     pub(super) fn external_velocity(&self) -> Velocity {
         let setup = self.setup();
@@ -151,11 +130,5 @@ impl<'s, 'a> Sample<'s, 'a> {
             }
             None => self.units.place(value, near),
         }
-    }
-
-    /// The position within a turn of the encoder.
-    pub(super) fn single_turn(&self, position: Position) -> i32 {
-        let raw = position - self.axis().offset();
-        raw.0.round().rem_euclid(f64::from(self.scope.motor.counts_per_revolution)) as i32
     }
 }

@@ -4,6 +4,7 @@ use axis::Velocity;
 
 use super::{Active, Flags, MisMotor, Mode, Sample, pins, units};
 use crate::jvl::objects::OBJECTS;
+use crate::jvl::scope::is_shown_as_velocity;
 use crate::{Binding, Role};
 
 /// The time in which EXT_ENCODER_VEL counts, in seconds.
@@ -54,7 +55,7 @@ impl MisMotor {
         sample.set(Role::ExtEncoderVel, units::whole32(external * EXTERNAL_SECONDS));
         sample.set(Role::Ticks, self.counters.ticks());
         if sample.stepper.has_encoder {
-            let place = sample.single_turn(status.actual.position);
+            let place = sample.scope.single_turn(status.actual.position);
             sample.set(Role::AbsEncPos, place);
         }
         for (role, value) in Role::ANALOG_INPUTS.into_iter().zip(pins::analog_inputs(sample)) {
@@ -68,21 +69,12 @@ impl MisMotor {
 
     /// MODE_REG: that of the registers, or what the CiA 402 drive does while it operates.
     fn shown_mode(&self, sample: &Sample<'_, '_>) -> Mode {
-        use crate::cia402::Mode as Drive;
         match &self.active {
             Some(Active::Rest { .. }) => Mode::Velocity,
             Some(active) => active.mode().unwrap_or_default(),
-            None if sample.scope.drive.operates() => match sample.scope.drive.mode() {
-                Drive::ProfileVelocity | Drive::Velocity | Drive::CyclicVelocity => Mode::Velocity,
-                Drive::None
-                | Drive::ProfilePosition
-                | Drive::ProfileTorque
-                | Drive::Homing
-                | Drive::Interpolated
-                | Drive::CyclicPosition
-                | Drive::CyclicTorque => Mode::Position,
-            },
-            None => Mode::Passive,
+            None if !sample.scope.drive.operates() => Mode::Passive,
+            None if is_shown_as_velocity(sample.scope.drive.mode()) => Mode::Velocity,
+            None => Mode::Position,
         }
     }
 }

@@ -3,6 +3,8 @@
 //! Their numbers are 96 to 127. On a MAC motor the same command has bit 7 set where it goes through the motor's
 //! command register, so that bit does not matter here.
 
+use crate::Role;
+
 /// A FastMac command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FastMac {
@@ -49,6 +51,16 @@ pub(crate) enum Distance {
     P7,
     /// The register P8.
     P8,
+}
+
+impl Distance {
+    /// The register that it is in.
+    pub(crate) const fn role(self) -> Role {
+        match self {
+            Self::P7 => Role::Pos6,
+            Self::P8 => Role::Pos7,
+        }
+    }
 }
 
 impl FastMac {

@@ -7,7 +7,7 @@ use super::groups::{self, Relative};
 use super::hwi::Copy;
 use super::sample::ControlBits;
 use super::{MacMotor, Mode, Sample};
-use crate::jvl::fastmac::{Distance, FastMac};
+use crate::jvl::fastmac::FastMac;
 use crate::jvl::groups::Group;
 use crate::jvl::units::{Family, MacUnits};
 use crate::vendor::Wish;
@@ -79,7 +79,7 @@ impl MacMotor {
             FastMac::ResetFlags => self.reset_flags(),
             // P_FNC = (FLWERR - P7) * 16 puts the actual position at -P7.
             FastMac::BackBy(distance) => {
-                let way = f64::from(sample.register(register(distance)));
+                let way = f64::from(sample.register(distance.role()));
                 self.set_position(Position(-way), sample);
             }
             FastMac::Activate(number) => self.activate(u32::from(number) + 1, sample),
@@ -88,7 +88,7 @@ impl MacMotor {
                     self.set_mode(mode, sample);
                 }
             }
-            FastMac::MoveBy(distance) => self.move_by(register(distance), sample),
+            FastMac::MoveBy(distance) => self.move_by(distance.role(), sample),
             FastMac::Absolute => self.set_relative(Relative::No, sample),
             FastMac::RelativePSoll => self.set_relative(Relative::PSoll, sample),
             FastMac::RelativePFnc => self.set_relative(Relative::PFnc, sample),
@@ -264,12 +264,4 @@ fn exchange_extended(number: i32, sample: &mut Sample<'_, '_>) {
         scope.show_register(Role::XregData, data);
     }
     scope.show_register(Role::XregAddr, 0);
-}
-
-/// The register that a distance is in.
-const fn register(distance: Distance) -> Role {
-    match distance {
-        Distance::P7 => Role::Pos6,
-        Distance::P8 => Role::Pos7,
-    }
 }

@@ -4,7 +4,7 @@
 use axis::Position;
 
 use super::{Active, MisMotor, Mode, Sample, units};
-use crate::jvl::fastmac::{Distance, FastMac};
+use crate::jvl::fastmac::FastMac;
 use crate::jvl::groups::Group;
 use crate::vendor::Wish;
 use crate::{Binding, Role, Space};
@@ -79,7 +79,7 @@ impl MisMotor {
             FastMac::ZeroSearch => self.set_mode(commanded_search(sample), sample),
             FastMac::MoveBy(distance) => {
                 let place = sample.counter(self.counters.p_ist(sample));
-                let target = place.wrapping_add(sample.register(register(distance)));
+                let target = place.wrapping_add(sample.register(distance.role()));
                 sample.set(Role::PSoll, target);
             }
             FastMac::Absolute => self.is_relative = false,
@@ -135,14 +135,6 @@ const fn target(group: Group) -> Option<Role> {
         Group::Acceleration => Some(Role::ASoll),
         Group::Torque => Some(Role::RunCurrent),
         Group::Load | Group::Window | Group::Mode => None,
-    }
-}
-
-/// The register that a distance is in.
-const fn register(distance: Distance) -> Role {
-    match distance {
-        Distance::P7 => Role::Pos6,
-        Distance::P8 => Role::Pos7,
     }
 }
 

@@ -32,6 +32,8 @@ pub(crate) use tap::{Record, Watch, tap};
 pub(crate) struct Link {
     /// Its number.
     pub(crate) id: LinkId,
+    /// Where it stands among the buses of the configuration.
+    pub(crate) place: usize,
     /// Name of the bus.
     pub(crate) name: String,
     /// The interface, unless the bus is virtual.
@@ -54,8 +56,8 @@ impl Link {
     /// A bus that nobody has sent anything on, with its number.
     pub(crate) fn new(id: LinkId, name: &str, interface: Option<SocketCan>) -> Self {
         let (name, load, taps) = (name.to_owned(), Load::default(), Vec::new());
-        let (clients, kinds) = (None, Default::default());
-        Self { id, name, interface, clients, received: 0, sent: 0, load, taps, kinds }
+        let (place, clients, kinds) = (usize::from(id.0), None, Default::default());
+        Self { id, place, name, interface, clients, received: 0, sent: 0, load, taps, kinds }
     }
 
     /// What is at the number of a bus that has gone, until another one gets it.
@@ -136,5 +138,28 @@ impl Link {
             let link = self.id;
             self.taps.retain(|tap| tap.put(Record::Frame { at, link, is_ours, frame: *frame }));
         }
+    }
+}
+
+/// The buses that there are, with their positions among `links`, in the order of the configuration.
+pub(crate) fn in_order(links: &[Link]) -> impl Iterator<Item = (usize, &Link)> {
+    let mut there: Vec<(usize, &Link)> =
+        links.iter().enumerate().filter(|(_, link)| link.is_there()).collect();
+    there.sort_by_key(|(_, link)| link.place);
+    there.into_iter()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buses_are_listed_by_their_places_whichever_numbers_they_have() {
+        let mut links = ["b", "", "c", "a"].map(|name| Link::new(LinkId(0), name, None));
+        for (link, place) in links.iter_mut().zip([1, 0, 2, 0]) {
+            link.place = place;
+        }
+        let listed: Vec<_> = in_order(&links).map(|(position, link)| (position, &*link.name)).collect();
+        assert_eq!(listed, [(3, "a"), (0, "b"), (2, "c")]);
     }
 }

@@ -31,7 +31,7 @@ pub struct Status {
     pub uptime_s: u64,
     /// The buses, in the order of the configuration.
     pub buses: Vec<Bus>,
-    /// The devices, in the order of the configuration; those of a reload are where others have left, or behind them.
+    /// The devices, in the order of the configuration.
     pub devices: Vec<Device>,
     /// Modbus listeners and clients.
     #[serde(default)]

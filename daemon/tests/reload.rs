@@ -10,6 +10,7 @@ use canopen::BusState;
 use common::gateway::Gateway;
 use common::{Bench, LINK, plan};
 use daemon::core::{Admission, Core, LinkId, ListenerPlan, Unit};
+use daemon::status::devices;
 use profiles::Profile;
 use proptest::prelude::*;
 
@@ -70,6 +71,29 @@ fn nobody_hears_a_device_that_has_left_and_its_identifiers_are_given_up() {
     assert_eq!(bench.run(SECOND), [""; 0], "no heartbeat any more");
     assert_eq!(bench.core.names().collect::<Vec<_>>(), [(0, "x")]);
     assert_eq!(bench.send(READ_DEVICE_TYPE_1), [DEVICE_TYPE_1]);
+}
+
+#[test]
+fn devices_are_listed_in_the_order_that_is_given_whichever_places_were_free() {
+    let mut bench = Bench::new(&[&[(0, 1)], &[(0, 2)]]);
+    let servo = profile("cia402-servo");
+    leave(&mut bench, "x");
+    assert_eq!(join(&mut bench, "z", &servo, &[(0, 3)]), 0);
+    assert_eq!(join(&mut bench, "a", &servo, &[(0, 4)]), 2);
+    bench.sent_on(LINK);
+    let listed = |bench: &Bench| -> Vec<String> {
+        devices(bench.now, &bench.core, ["can0"].into_iter()).into_iter().map(|device| device.name).collect()
+    };
+    assert_eq!(listed(&bench), ["y", "z", "a"], "as they have joined");
+
+    bench.core.arrange(&["a", "z", "y"].map(str::to_owned).into_iter().zip(0..).collect());
+
+    assert_eq!(listed(&bench), ["a", "z", "y"]);
+    assert_eq!(bench.core.names().collect::<Vec<_>>(), [(2, "a"), (0, "z"), (1, "y")]);
+    let order = daemon::control::Order::List { device: None };
+    let faults = order.carry_out(bench.now, &mut bench.core).unwrap();
+    assert_eq!(faults.iter().map(|axis| &*axis.device).collect::<Vec<_>>(), ["a", "z", "y"]);
+    assert_eq!(bench.send("602#4000100000000000"), ["582#4300100092010200"], "nothing else is otherwise");
 }
 
 #[test]

@@ -172,9 +172,13 @@ fn buses_come_and_go_with_their_clients_and_the_others_stay_connected() {
     let daemon = Daemon::start(&one);
     let mut first = Client::raw(port);
 
-    let told = take(&daemon, &format!("{one}{more}"));
+    let told = take(&daemon, &format!("{more}{one}"));
 
     assert!(told.contains("buses added: can1\n  devices added: y\n  taken: socketcand\n"), "{told}");
+    let status = status(&daemon);
+    let listed = status.lines().filter_map(|line| line.split(' ').next());
+    let listed: Vec<_> = listed.filter(|name| ["x", "y", "can0", "can1"].contains(name)).collect();
+    assert_eq!(listed, ["y", "x", "can1", "can0"], "as in the file: {status}");
     let mut second = Client::raw_on("can1", port);
     assert!(ask(&mut second, 1, READ_DEVICE_TYPE).starts_with("581 43"));
     assert!(take(&daemon, &one).contains("buses removed: can1\n  devices removed: y\n"));

@@ -4,6 +4,7 @@
 //! ([`Core::join`]). The others keep their numbers, so nothing that is under way on them notices.
 
 use core::time::Duration;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use canopen::{Node, NodeError};
@@ -37,6 +38,8 @@ pub struct Unit {
     /// Who may command its axes unless somebody has claimed them.
     pub(super) owner: Option<Owner>,
     pub(super) trail: Trail,
+    /// Where it stands among the devices, for whoever lists them.
+    pub(super) place: usize,
 }
 
 impl Unit {
@@ -57,7 +60,7 @@ impl Unit {
         let node_id = plan.nodes.first().map_or(0, |(_, node_id)| *node_id);
         let device = Device::with_plant(Arc::clone(&plan.profile), node_id, now, &plan.plant);
         let (name, trail) = (Arc::clone(&plan.name), Trail::default());
-        Ok(Self { name, device, members, storing: None, wanted: None, owner: None, trail })
+        Ok(Self { name, device, members, storing: None, wanted: None, owner: None, trail, place: 0 })
     }
 
     /// What it is called.
@@ -89,7 +92,8 @@ impl Unit {
 
 impl Core {
     /// Takes a device in, which stays silent until [`Core::start`]; its position.
-    pub fn join(&mut self, unit: Unit) -> usize {
+    pub fn join(&mut self, mut unit: Unit) -> usize {
+        unit.place = self.units.iter().map(|(_, other)| other.place + 1).max().unwrap_or(0);
         let device = self.units.insert(unit);
         let Self { units, members, deadlines, audit, .. } = self;
         let Some(unit) = units.get_mut(device) else { return device };
@@ -99,6 +103,14 @@ impl Core {
         deadlines.reserve(device);
         audit.join(device, unit.device.profile());
         device
+    }
+
+    /// Gives the devices their places where they are listed, by their names; one without a place stands behind the others.
+    /// Until then they stand in the order in which they joined.
+    pub fn arrange(&mut self, places: &BTreeMap<String, usize>) {
+        for unit in self.units.iter_mut() {
+            unit.place = places.get(&*unit.name).copied().unwrap_or(places.len());
+        }
     }
 
     /// Takes a device out, wherever its axes are: whoever wants them at rest lets them come to it before

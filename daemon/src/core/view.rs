@@ -3,7 +3,7 @@
 use canopen::Node;
 use profiles::Device;
 
-use super::{Core, Counters, LinkId};
+use super::{Core, Counters, LinkId, Unit};
 
 impl Core {
     /// Whether all axes are at rest and off.
@@ -40,9 +40,11 @@ impl Core {
         self.units.iter().map(|(_, unit)| &unit.device)
     }
 
-    /// The names of the devices with their positions, in the order of these.
+    /// The names of the devices with their positions, in the order of their places ([`Core::arrange`]).
     pub fn names(&self) -> impl Iterator<Item = (usize, &str)> {
-        self.units.iter().map(|(device, unit)| (device, &*unit.name))
+        let mut units: Vec<(usize, &Unit)> = self.units.iter().collect();
+        units.sort_by_key(|(_, unit)| unit.place);
+        units.into_iter().map(|(device, unit)| (device, unit.name()))
     }
 
     /// The device at position `device`.

@@ -12,7 +12,7 @@ use crate::control::{
 };
 use crate::core::{LinkId, WriteRefused};
 use crate::dump::Known;
-use crate::link::{Link, Record, Tap};
+use crate::link::{Link, Record, Tap, in_order};
 
 /// Errands that are done before everything else has its turn again.
 const BATCH: usize = 4;
@@ -196,9 +196,9 @@ impl CoreLoop {
         self.buses().map(|(_, link)| link.name.as_str()).collect::<Vec<_>>().join(", ")
     }
 
-    /// The buses that there are, with their positions.
+    /// The buses that there are, with their positions, in the order of the configuration.
     fn buses(&self) -> impl Iterator<Item = (usize, &Link)> {
-        self.links.iter().enumerate().filter(|(_, link)| link.is_there())
+        in_order(&self.links)
     }
 
     fn watch(&mut self, now: Instant, bus: Option<&str>, tap: &Tap) -> Result<Vec<Watched>, String> {

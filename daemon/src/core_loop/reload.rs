@@ -1,6 +1,6 @@
 //! Devices and buses that leave and join between two turns, while everything else goes on.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use od::Instant;
@@ -30,6 +30,7 @@ pub(crate) enum Stage {
     Joining {
         units: VecDeque<(Unit, Option<ModbusPlan>)>,
         stands_for: Vec<Option<String>>,
+        places: BTreeMap<String, usize>,
         gauges: Vec<(String, Arc<Gauge>)>,
     },
 }
@@ -79,11 +80,12 @@ impl CoreLoop {
                 self.let_leave(now);
                 false
             }
-            Stage::Joining { units, stands_for, gauges } => {
+            Stage::Joining { units, stands_for, places, gauges } => {
                 match units.pop_front() {
                     Some((unit, view)) => self.let_join(now, unit, view),
                     None => {
                         let (stands_for, gauges) = (core::mem::take(stands_for), core::mem::take(gauges));
+                        self.core.arrange(places);
                         for (listener, device) in stands_for.into_iter().enumerate() {
                             let device = device.and_then(|device| self.core.find(&device));
                             self.core.set_listener_device(listener, device);
@@ -108,9 +110,21 @@ impl CoreLoop {
                 self.reloads.stage = Stage::Leaving { devices, links, until, is_farewell: is_quiet };
             }
             Step::Join(arrivals) => {
-                let Arrivals { links, clients, units, adjustments, sockets, listeners, stands_for } =
-                    *arrivals;
+                let Arrivals {
+                    links,
+                    clients,
+                    units,
+                    adjustments,
+                    sockets,
+                    listeners,
+                    stands_for,
+                    order,
+                    places,
+                } = *arrivals;
                 let gauges = links.into_iter().filter_map(|link| self.open_link(now, link)).collect();
+                for (place, LinkId(link)) in order.into_iter().enumerate() {
+                    self.links.get_mut(usize::from(link)).into_iter().for_each(|link| link.place = place);
+                }
                 for (LinkId(link), clients) in clients {
                     if let Some(known) = self.links.get_mut(usize::from(link)) {
                         known.set_clients(clients);
@@ -122,7 +136,7 @@ impl CoreLoop {
                 if let Some(modbus) = self.modbus.as_mut().filter(|_| !listeners.is_empty()) {
                     modbus.change(now, &mut self.core, listeners);
                 }
-                self.reloads.stage = Stage::Joining { units, stands_for, gauges };
+                self.reloads.stage = Stage::Joining { units, stands_for, places, gauges };
             }
             Step::Tell(report) => {
                 self.audit.iter_mut().for_each(|audit| audit.note_reload(now, &report));

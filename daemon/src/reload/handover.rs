@@ -1,6 +1,6 @@
 //! Between the thread that reloads and the core loop: one step at a time, and neither waits for a lock of the other.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
@@ -47,6 +47,10 @@ pub(crate) struct Arrivals {
     pub(crate) listeners: Vec<Change>,
     /// The device that each Modbus listener stands for, by name.
     pub(crate) stands_for: Vec<Option<String>>,
+    /// The links in the order of their buses.
+    pub(crate) order: Vec<LinkId>,
+    /// Where devices stand, by their names.
+    pub(crate) places: BTreeMap<String, usize>,
 }
 
 /// A bus that comes; its link is made by the core loop, whose thread it stays on.

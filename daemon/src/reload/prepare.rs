@@ -75,6 +75,8 @@ impl Reloader {
         let mut arrivals = Arrivals { sockets, listeners: listener_changes, ..Arrivals::default() };
         self.fill(&mut arrivals, &changes, &links, &served);
         arrivals.stands_for = stands_for(&changes.next, &listeners);
+        arrivals.order.clone_from(&links);
+        arrivals.places = changes.next.devices.iter().map(|device| device.name.clone()).zip(0..).collect();
         Ok(Prepared { changes, links, names, removed_links, ports, served, listeners, arrivals })
     }
 

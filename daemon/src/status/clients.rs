@@ -13,7 +13,8 @@ use crate::latency::Histogram;
 /// What listeners and clients have done.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Modbus {
-    /// Where clients connect, in the order of the configuration; one that a reload took away has no address any more.
+    /// Where clients connect, by their numbers: those are the positions in the configuration at first, and stay. One that a
+    /// reload took away has no address any more, and the next new one gets its number.
     pub listeners: Vec<Listener>,
     /// The clients that there are.
     pub clients: Vec<Client>,

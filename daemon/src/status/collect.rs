@@ -9,7 +9,7 @@ use super::{
 };
 use crate::core::{Core, LinkId};
 use crate::latency::Histogram;
-use crate::link::{Kinds, Link, SocketCan};
+use crate::link::{Kinds, Link, SocketCan, in_order};
 use crate::reload::Report;
 use crate::reporter::Reporter;
 
@@ -38,16 +38,16 @@ pub(crate) fn status(now: Instant, core: &Core, around: &Around<'_>) -> Status {
     let Around { links, reporter, listeners, answers, lateness, turns, waiting_clients, lost_audit, reload } =
         *around;
     let counted = |(number, link)| counted(bus(now, number, link, core, reporter), link);
-    let buses = links.iter().enumerate().filter(|(_, link)| link.is_there()).map(counted).collect();
+    let buses = in_order(links).map(counted).collect();
     let queues = core.queues().chain([("socketcand", waiting_clients)]);
-    let sdo = |link: &Link| {
+    let sdo = |(_, link): (usize, &Link)| {
         let times = link.interface.as_ref().and_then(SocketCan::sdo_times)?;
         Some((link.name.clone(), times.clone()))
     };
     let histograms = Histograms {
         lateness: lateness.clone(),
         turns: turns.cloned(),
-        sdo: links.iter().filter_map(sdo).collect(),
+        sdo: in_order(links).filter_map(sdo).collect(),
     };
     Status {
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -122,13 +122,14 @@ fn bus(now: Instant, number: usize, link: &Link, core: &Core, reporter: &Reporte
     }
 }
 
-/// The devices at `now`, with the names of the buses, which are in the order of the configuration.
+/// The devices at `now`, with the names of the buses by their links.
 pub fn devices<'n>(now: Instant, core: &Core, buses: impl Iterator<Item = &'n str>) -> Vec<Device> {
     let buses: Vec<&str> = buses.collect();
-    let device = |((number, name), device): ((usize, &str), &profiles::Device)| {
+    let device = |(number, name): (usize, &str)| {
+        let device = core.device(number)?;
         let dialect = device.profile().dialect;
         let nodes = core.nodes_of(number);
-        Device {
+        Some(Device {
             name: name.to_owned(),
             profile: device.profile().name.clone(),
             axes: device
@@ -148,9 +149,9 @@ pub fn devices<'n>(now: Instant, core: &Core, buses: impl Iterator<Item = &'n st
                 .collect(),
             dropped_steps: device.dropped_steps(),
             commands: clients::commands(now, core, number, &buses),
-        }
+        })
     };
-    core.names().zip(core.devices()).map(device).collect()
+    core.names().filter_map(device).collect()
 }
 
 fn axis(status: &AxisStatus, dialect: Dialect) -> Axis {

@@ -48,7 +48,7 @@ pub use lss::{LssAddress, LssSetting, UNCONFIGURED};
 pub use lss_master::{LssFailure, LssFound, LssMaster, LssStep, LssTask};
 pub use master::{BootStatus, DcfEntry, DcfError, Loss, Master, MasterEvent, decode_dcf, encode_dcf};
 pub use monitor::{Message, Monitor, Pdo, SdoMessage, SdoStep};
-pub use nmt::{NmtCommand, NmtState};
+pub use nmt::{NmtCommand, NmtState, is_boot_up};
 pub use node::{Abort, BusState, Cause, Counters, Diagnostics, Event, Node, NodeError, Order, Traffic};
 pub use orders::NetworkOrder;
 pub use recent::Recent;

@@ -1,5 +1,8 @@
 //! Network management of one node (CiA 301 v4.2, section 7.3.2).
 
+use crate::cob_id::NMT_ERROR_CONTROL;
+use crate::{Frame, Id};
+
 /// The NMT state; the discriminant is its heartbeat value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -38,6 +41,15 @@ impl NmtState {
     pub const fn communicates(self) -> bool {
         matches!(self, Self::Operational | Self::PreOperational)
     }
+}
+
+/// Whether this is the boot-up message of some node: one byte 0 with the COB-ID 700h + Node-ID (CiA 301 v4.2, section
+/// 7.2.8.3.3).
+#[must_use]
+pub fn is_boot_up(frame: &Frame) -> bool {
+    let Id::Standard(id) = frame.id else { return false };
+    (1..=127).contains(&id.wrapping_sub(NMT_ERROR_CONTROL))
+        && NmtState::decode(frame.payload()) == Some(NmtState::Initialising)
 }
 
 /// An NMT command; the discriminant is its command specifier.

@@ -237,6 +237,14 @@ impl Node {
         self.pdos.is_tpdo(id) && !others.any(|cob_id| cob_id.id() == id) && !self.sdo.answers_with(id)
     }
 
+    /// Whether this frame is a heartbeat of this node, so that the next one tells whatever it told. A boot-up message is none,
+    /// nor is the answer to a node-guarding request: of those each one counts.
+    #[must_use]
+    pub fn is_heartbeat(&self, frame: &Frame) -> bool {
+        let is_state = matches!(frame.payload(), [state] if *state != NmtState::Initialising as u8);
+        self.heartbeat.is_some() && frame.id == self.error_control() && is_state
+    }
+
     /// Powers on: sends the boot-up message and enters PRE-OPERATIONAL, if it has a Node-ID.
     pub fn start(&mut self, now: Instant, application: &Dictionary) {
         self.boot(now, application.schema());

@@ -4,7 +4,8 @@ mod bench;
 
 use core::time::Duration;
 
-use bench::Bench;
+use bench::{Bench, frame_of};
+use canopen::is_boot_up;
 
 // CCT 7.101, 7.102
 #[test]
@@ -105,4 +106,29 @@ fn an_hour_has_36000_beats_of_100_ms() {
     let mut bench = Bench::new();
     bench.configure("1017:00", 100);
     assert_eq!(bench.pass(Duration::from_secs(3600)).len(), 36_000);
+}
+
+#[test]
+fn what_the_next_heartbeat_tells_anew_is_a_heartbeat_and_nothing_else_of_its_cob_id() {
+    let mut bench = Bench::new();
+    let is_heartbeat = |bench: &Bench, frame| bench.node.is_heartbeat(&frame_of(frame));
+    assert!(!is_heartbeat(&bench, "701#7F"), "it may be the answer to a node-guarding request");
+    bench.configure("1017:00", 100);
+    for state in ["701#7F", "701#05", "701#04"] {
+        assert!(is_heartbeat(&bench, state), "{state}");
+    }
+    for other in ["701#00", "701#", "701#7F00", "702#7F", "081#7F", "00000701#7F", "701#R1"] {
+        assert!(!is_heartbeat(&bench, other), "{other}");
+    }
+    bench.configure("1017:00", 0);
+    assert!(!is_heartbeat(&bench, "701#7F"));
+}
+
+#[test]
+fn a_boot_up_message_is_known_by_itself() {
+    let boot_ups = ["701#00", "77F#00"];
+    let others =
+        ["700#00", "780#00", "701#05", "701#7F", "701#0000", "701#", "701#R1", "00000701#00", "081#00"];
+    assert!(boot_ups.into_iter().all(|frame| is_boot_up(&frame_of(frame))));
+    assert!(!others.into_iter().any(|frame| is_boot_up(&frame_of(frame))));
 }

@@ -279,10 +279,11 @@ impl Core {
         self.routers.get(usize::from(link.0)).into_iter().flat_map(Router::ids)
     }
 
-    /// Whether one of our nodes on `link` sends the values of a TPDO with this identifier, and nothing else.
+    /// Whether this frame of one of our nodes on `link` tells how something is now, so that the next one with its identifier
+    /// tells whatever it told: the values of a TPDO, the NMT state by heartbeat.
     #[must_use]
-    pub fn is_pdo(&self, link: LinkId, id: Id) -> bool {
-        self.network(link).any(|(_, node)| node.is_tpdo(id))
+    pub fn tells_present(&self, link: LinkId, frame: &Frame) -> bool {
+        self.network(link).any(|(_, node)| node.is_tpdo(frame.id) || node.is_heartbeat(frame))
     }
 
     /// Lets every axis ramp down and switch off.

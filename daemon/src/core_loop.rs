@@ -293,8 +293,8 @@ impl CoreLoop {
         while let Some((number, frame)) = self.core.poll_transmit() {
             let position = usize::from(number.0);
             let Some(link) = self.links.get_mut(position) else { continue };
-            let is_pdo = link.is_stuck() && self.core.is_pdo(number, frame.id);
-            link.send(now, &frame, if is_pdo { Kind::Pdo } else { Kind::Ours });
+            let is_present = link.is_stuck() && self.core.tells_present(number, &frame);
+            link.send(now, &frame, if is_present { Kind::Present } else { Kind::Ours });
             if link.is_full() {
                 is_lost |= self.flush(now, position);
             }

@@ -106,7 +106,7 @@ impl Link {
         self.show(at, Some(client), frame, false);
     }
 
-    /// Whether the interface has no room, so that it matters what is a PDO.
+    /// Whether the interface has no room, so that it matters what a frame is.
     pub(crate) fn is_stuck(&self) -> bool {
         self.interface.as_ref().is_some_and(|interface| interface.waiting().is_stuck())
     }

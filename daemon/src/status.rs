@@ -101,7 +101,7 @@ pub struct Bus {
     /// Frames that wait for room in the interface.
     #[serde(default)]
     pub waiting: u64,
-    /// PDOs that waited for it until newer ones of the same COB-ID took their places.
+    /// PDOs and heartbeats that waited for it until newer ones of the same COB-ID took their places.
     #[serde(default)]
     pub replaced: u64,
     /// Frames from others by what they are for.

@@ -5,7 +5,7 @@ mod common;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use canopen::{BusState, Cause, Emergency, ErrorRegister, NmtState};
+use canopen::{BusState, Cause, Emergency, ErrorRegister, Frame, Id, NmtState};
 use common::{Bench, LINK};
 use daemon::core::{LinkId, Notice};
 use profiles::{Profile, State};
@@ -25,6 +25,20 @@ fn every_node_of_a_link_boots_and_answers() {
     assert_eq!(bench.send(READ_DEVICE_TYPE_1), ["581#4300100092010200"]);
     assert_eq!(bench.send("602#4000100000000000"), ["582#4300100092010200"]);
     assert_eq!(bench.send("603#4000100000000000"), [""; 0]);
+}
+
+#[test]
+fn pdos_and_heartbeats_of_nodes_on_a_link_tell_how_something_is_now() {
+    let mut bench = Bench::new(&[&[(0, 1)], &[(1, 2)]]);
+    bench.write(1, HEARTBEAT, 0, &100_u16.to_le_bytes());
+    let tells_present =
+        |link, id, bytes: &[u8]| bench.core.tells_present(link, &Frame::new(Id::Standard(id), bytes));
+    assert!(tells_present(LINK, 0x701, &[0x05]));
+    assert!(tells_present(LINK, 0x181, &[0x27, 0x02]));
+    for (id, bytes) in [(0x701, &[0x00][..]), (0x081, &[0; 8]), (0x581, &[0x60; 8]), (0x702, &[0x05])] {
+        assert!(!tells_present(LINK, id, bytes), "{id:03X}");
+    }
+    assert!(!tells_present(LinkId(1), 0x701, &[0x05]), "that node is on another link");
 }
 
 #[test]

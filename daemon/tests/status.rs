@@ -172,7 +172,8 @@ fn a_bus_without_room_says_what_waits_and_what_was_replaced() {
         let bus = Bus { name: "can0".to_owned(), waiting, replaced, ..Bus::default() };
         text(&Status { buses: vec![bus], ..Status::default() })
     };
-    let expected = "\ncan0: 3 frames wait for the interface, 40 PDOs were replaced by newer ones\n";
+    let expected =
+        "\ncan0: 3 frames wait for the interface, 40 PDOs and heartbeats were replaced by newer ones\n";
     assert!(shown(3, 40).contains(expected));
     assert!(!shown(0, 0).contains("wait"));
 }

@@ -1,14 +1,15 @@
 //! What waits for room in the transmit queue of an interface.
 //!
-//! Frames leave in the order in which they came. While the interface has no room, a newer frame of a PDO takes the place of
-//! an older one that waits: receivers want the present values, and a queue that each PDO is in once stays short. All other
-//! frames are messages of their own: none of them is replaced, and those that find the queue full are dropped and counted.
+//! Frames leave in the order in which they came. While the interface has no room, a newer frame of a PDO or a newer heartbeat
+//! takes the place of an older one that waits: receivers want the present values and the present state, and a queue that each
+//! of them is in once stays short. All other frames are messages of their own, emergencies and boot-up messages among them:
+//! none of them is replaced, and those that find the queue full are dropped and counted.
 
 use std::collections::VecDeque;
 
-use canopen::{Frame, Id};
+use canopen::{Frame, Id, is_boot_up};
 
-use super::wire_format::{self, SIZE};
+use super::wire_format::{self, Message, SIZE};
 
 /// Frames that may wait.
 pub(crate) const MAX_WAITING: usize = 1024;
@@ -16,9 +17,10 @@ pub(crate) const MAX_WAITING: usize = 1024;
 /// What a frame is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Values of one of our nodes, which the next frame with the same identifier tells anew.
-    Pdo,
-    /// Of one of our nodes. While the interface has room a PDO may be called so, too: it makes no difference then.
+    /// Of one of our nodes, a PDO or a heartbeat: what it tells the next frame with the same identifier tells anew.
+    Present,
+    /// Of one of our nodes. While the interface has room a PDO or a heartbeat may be called so, too: it makes no difference
+    /// then.
     Ours,
     /// Of a client, so nobody here knows what it is.
     Foreign,
@@ -86,7 +88,9 @@ impl Queue {
     pub(crate) fn push(&mut self, frame: &Frame, kind: Kind) -> bool {
         let waiting = Waiting { id: frame.id, kind, bytes: wire_format::encode(frame) };
         if self.is_stuck
-            && let Some(older) = self.frames.iter_mut().rfind(|older| older.is_replaced_by(&waiting))
+            && kind == Kind::Present
+            && let Some(older) = self.frames.iter_mut().rfind(|older| older.precedes(&waiting))
+            && !older.is_boot_up()
         {
             *older = waiting;
             self.replaced += 1;
@@ -125,8 +129,14 @@ impl Queue {
 }
 
 impl Waiting {
-    fn is_replaced_by(&self, newer: &Self) -> bool {
-        newer.kind == Kind::Pdo && self.id == newer.id && self.kind != Kind::Foreign
+    /// Whether it is of one of our nodes as `newer` is, and has the same identifier.
+    fn precedes(&self, newer: &Self) -> bool {
+        self.id == newer.id && self.kind != Kind::Foreign
+    }
+
+    /// Whether it tells that a node has started, which no heartbeat tells.
+    fn is_boot_up(&self) -> bool {
+        matches!(wire_format::decode(&self.bytes), Some(Message::Frame(frame)) if is_boot_up(&frame))
     }
 }
 
@@ -147,7 +157,7 @@ mod tests {
     /// What the interface takes when it takes `count` frames.
     fn take(queue: &mut Queue, count: usize) -> Vec<(Id, u32)> {
         let read = |bytes: &[u8; SIZE]| match wire_format::decode(bytes) {
-            Some(wire_format::Message::Frame(frame)) => {
+            Some(Message::Frame(frame)) => {
                 let number = frame.payload().first_chunk().map(|number| u32::from_le_bytes(*number));
                 (frame.id, number.expect("four bytes"))
             }
@@ -163,7 +173,7 @@ mod tests {
         let mut queue = Queue::new();
         queue.stick();
         for (number, id) in (0..).zip([0x181, 0x081, 0x182, 0x181, 0x081, 0x182, 0x181]) {
-            let kind = if id == 0x081 { Kind::Ours } else { Kind::Pdo };
+            let kind = if id == 0x081 { Kind::Ours } else { Kind::Present };
             assert!(queue.push(&frame(id, number), kind));
         }
         assert_eq!((queue.len(), queue.replaced(), queue.dropped()), (4, 3, 0));
@@ -177,7 +187,7 @@ mod tests {
         queue.push(&frame(0x181, 0), Kind::Ours);
         queue.push(&frame(0x181, 1), Kind::Ours);
         queue.stick();
-        queue.push(&frame(0x181, 2), Kind::Pdo);
+        queue.push(&frame(0x181, 2), Kind::Present);
         let numbers: Vec<u32> = take(&mut queue, 9).into_iter().map(|(_, number)| number).collect();
         assert_eq!((numbers, queue.replaced()), (vec![0, 2], 1));
     }
@@ -186,10 +196,10 @@ mod tests {
     fn an_interface_with_room_gets_every_pdo() {
         let mut queue = Queue::new();
         queue.stick();
-        queue.push(&frame(0x181, 0), Kind::Pdo);
+        queue.push(&frame(0x181, 0), Kind::Present);
         take(&mut queue, 1);
-        queue.push(&frame(0x181, 1), Kind::Pdo);
-        queue.push(&frame(0x181, 2), Kind::Pdo);
+        queue.push(&frame(0x181, 1), Kind::Present);
+        queue.push(&frame(0x181, 2), Kind::Present);
         assert_eq!((queue.len(), queue.replaced()), (2, 0));
     }
 
@@ -198,24 +208,78 @@ mod tests {
         let mut queue = Queue::new();
         queue.stick();
         queue.push(&frame(0x181, 0), Kind::Foreign);
-        queue.push(&frame(0x181, 1), Kind::Pdo);
+        queue.push(&frame(0x181, 1), Kind::Present);
         queue.push(&frame(0x181, 2), Kind::Foreign);
-        queue.push(&frame(0x181, 3), Kind::Pdo);
+        queue.push(&frame(0x181, 3), Kind::Present);
         let numbers: Vec<u32> = take(&mut queue, 9).into_iter().map(|(_, number)| number).collect();
         assert_eq!(numbers, [0, 3, 2]);
+    }
+
+    /// A frame with one byte, as it waits.
+    fn error_control(queue: &mut Queue, state: u8, kind: Kind) {
+        queue.push(&Frame::new(Id::Standard(0x701), &[state]), kind);
+    }
+
+    /// All that waits, as candump shows it.
+    fn waiting(queue: &Queue) -> Vec<String> {
+        let read = |bytes: &[u8; SIZE]| match wire_format::decode(bytes) {
+            Some(Message::Frame(frame)) => frame.to_string(),
+            other => panic!("{other:?}"),
+        };
+        queue.front().map(read).collect()
+    }
+
+    #[test]
+    fn a_newer_heartbeat_takes_the_place_of_an_older_one_and_every_emergency_stays() {
+        let mut queue = Queue::new();
+        // While there is room nobody asks what a frame is.
+        error_control(&mut queue, 0x7F, Kind::Ours);
+        queue.stick();
+        for number in 0..3 {
+            queue.push(&frame(0x081, number), Kind::Ours);
+            error_control(&mut queue, 0x05, Kind::Present);
+        }
+        assert_eq!(waiting(&queue), ["701#05", "081#00000000", "081#01000000", "081#02000000"]);
+        assert_eq!((queue.replaced(), queue.dropped()), (3, 0));
+    }
+
+    #[test]
+    fn a_boot_up_message_stays_and_no_heartbeat_passes_it() {
+        let mut queue = Queue::new();
+        queue.stick();
+        error_control(&mut queue, 0x05, Kind::Present);
+        error_control(&mut queue, 0x00, Kind::Ours);
+        error_control(&mut queue, 0x7F, Kind::Present);
+        error_control(&mut queue, 0x00, Kind::Ours);
+        error_control(&mut queue, 0x7F, Kind::Present);
+        error_control(&mut queue, 0x05, Kind::Present);
+        assert_eq!(waiting(&queue), ["701#05", "701#00", "701#7F", "701#00", "701#05"]);
+        assert_eq!(queue.replaced(), 1);
+    }
+
+    #[test]
+    fn emergencies_that_find_no_room_are_the_newest_and_are_counted() {
+        let mut queue = Queue::new();
+        queue.stick();
+        let count = MAX_WAITING as u32 + 3;
+        let taken = (0..count).filter(|number| queue.push(&frame(0x081, *number), Kind::Ours)).count();
+        assert_eq!(taken, MAX_WAITING);
+        assert_eq!((queue.len(), queue.replaced(), queue.dropped()), (MAX_WAITING, 0, 3));
+        let numbers: Vec<u32> = take(&mut queue, MAX_WAITING).into_iter().map(|(_, number)| number).collect();
+        assert!(numbers.into_iter().eq(0..MAX_WAITING as u32));
     }
 
     #[test]
     fn a_full_queue_takes_a_newer_pdo_for_an_older_one_and_counts_what_it_does_not_take() {
         let mut queue = Queue::new();
         queue.stick();
-        queue.push(&frame(0x181, 0), Kind::Pdo);
+        queue.push(&frame(0x181, 0), Kind::Present);
         for number in 1..MAX_WAITING as u32 {
             assert!(queue.push(&frame(0x581, number), Kind::Ours));
         }
         assert!(queue.is_full());
-        assert!(queue.push(&frame(0x181, 5000), Kind::Pdo));
-        assert!(!queue.push(&frame(0x182, 0), Kind::Pdo));
+        assert!(queue.push(&frame(0x181, 5000), Kind::Present));
+        assert!(!queue.push(&frame(0x182, 0), Kind::Present));
         assert!(!queue.push(&frame(0x581, 5001), Kind::Ours));
         assert_eq!((queue.len(), queue.replaced(), queue.dropped()), (MAX_WAITING, 1, 2));
         queue.lose();
@@ -256,7 +320,7 @@ mod tests {
                     Step::Push(position, count) => for _ in 0..count {
                         let is_pdo = position < PDOS.len();
                         let id = PDOS.iter().chain(&OTHERS).copied().nth(position).expect("an identifier");
-                        let kind = if is_pdo && queue.is_stuck() { Kind::Pdo } else { Kind::Ours };
+                        let kind = if is_pdo && queue.is_stuck() { Kind::Present } else { Kind::Ours };
                         let was_full = queue.is_full();
                         if queue.push(&frame(id, number), kind) {
                             accepted.insert(number, is_pdo);

@@ -108,7 +108,7 @@ fn held_up(bus: &Bus) -> String {
     }
     let Bus { name, waiting, replaced, .. } = bus;
     format!(
-        "\n{name}: {waiting} frames wait for the interface, {replaced} PDOs were replaced by newer ones\n"
+        "\n{name}: {waiting} frames wait for the interface, {replaced} PDOs and heartbeats were replaced by newer ones\n"
     )
 }
 

@@ -1,5 +1,6 @@
 //! Gateway files as a whole.
 
+use std::fs;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
@@ -72,6 +73,42 @@ fn every_example_loads() {
     let node_ids: Vec<u8> = modules.devices.iter().map(|device| device.on[0].node_id).collect();
     assert_eq!((node_ids, modules.buses[0].bit_rate_kbit_s), (vec![5, 12], Some(500)));
     assert!(modules.devices.iter().all(|device| device.timing == Timing::Authentic));
+    let lines = load_plainly(include_str!("../examples/ascii-gateway.toml"));
+    assert_eq!(lines.buses[0].gateway, Some(Endpoint::Tcp("127.0.0.1:6001".parse().unwrap())));
+}
+
+#[test]
+fn every_file_among_the_examples_is_good_where_it_lies() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+    let mut count = 0;
+    for file in files.filter(|file| file.extension().is_some_and(|ending| ending == "toml")) {
+        let text = fs::read_to_string(&file).unwrap();
+        let gateway = load(file.to_str().unwrap(), &text, &|path| fs::read(path));
+        let gateway = gateway.unwrap_or_else(|wrong| panic!("{wrong}"));
+        assert!(gateway.warnings.0.is_empty(), "{}", gateway.warnings);
+        count += 1;
+    }
+    assert!(count > 9, "only {count} files");
+}
+
+#[test]
+fn the_example_of_a_data_sheet_serves_its_objects_beside_an_axis() {
+    let sheet = include_str!("../examples/io-module.eds");
+    let read = |path: &Path| match path.to_str() {
+        Some("/gateway/io-module.eds") => Ok(sheet.into()),
+        _ => Err(io::ErrorKind::NotFound.into()),
+    };
+    let text = include_str!("../examples/data-sheet.toml");
+    let gateway = load("/gateway/gateway.toml", text, &read).unwrap();
+    let io = &gateway.devices[1];
+    assert_eq!((io.profile.axes(), io.on[0].node_id), (0, 12));
+    let device = profiles::Device::new(Arc::clone(&io.profile), 12, od::Instant::ZERO);
+    let inputs = device.dictionary().find(od::Address::new(0x6000, 1)).unwrap();
+    assert_eq!(device.dictionary().raw(inputs), 0b101);
+    let tpdo = &io.profile.communication;
+    let mapping = tpdo.find(od::Address::new(0x1A00, 1)).unwrap();
+    assert_eq!(od::Dictionary::new(Arc::clone(tpdo), 12).raw(mapping), 0x6000_0108);
 }
 
 #[test]

@@ -1,6 +1,9 @@
 //! The ASCII gateway (CiA 309-3), asked by plain sockets.
 
-use tests::{Daemon, TempDir, free_port, run_peer};
+use std::io::{BufRead, BufReader, Write};
+use std::net::{Ipv4Addr, TcpStream};
+
+use tests::{Daemon, PATIENCE, TempDir, free_port, run_peer};
 
 /// Three networks: two behind a TCP port, one behind a Unix socket, each with a servo; and one without a Node-ID.
 fn config(port: u16, path: &str) -> String {
@@ -37,4 +40,19 @@ fn clients_use_networks_by_lines_of_text() {
     daemon.terminate();
     daemon.wait_until_stopped();
     assert!(!std::path::Path::new(&path).exists(), "the socket goes with the daemon");
+}
+
+#[test]
+fn the_example_of_a_gateway_answers_as_it_says() {
+    let (port, example) = (free_port(), include_str!("../../config/examples/ascii-gateway.toml"));
+    let _daemon = Daemon::start(&example.replace("127.0.0.1:6001", &format!("127.0.0.1:{port}")));
+    let mut client = TcpStream::connect((Ipv4Addr::LOCALHOST, port)).expect("connect to the daemon");
+    client.set_read_timeout(Some(PATIENCE)).expect("set a time-out");
+    let mut answers = BufReader::new(client.try_clone().expect("a second handle")).lines();
+    let dialogue: Vec<&str> = example.lines().filter_map(|line| line.strip_prefix("#   ")).skip(1).collect();
+    assert_eq!(dialogue.len(), 8);
+    for pair in dialogue.chunks(2) {
+        writeln!(client, "{}", pair[0]).expect("send to the daemon");
+        assert_eq!(answers.next().expect("an answer").expect("in time"), pair[1], "{}", pair[0]);
+    }
 }

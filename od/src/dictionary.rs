@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use crate::written::Written;
 use crate::{
     AbortCode, Address, Commanded, Data, DataType, Entry, Origin, Owner, RefusedCommand, Saved, Schema,
     Value, Write, value,
@@ -36,8 +37,7 @@ pub struct Dictionary {
     pub(crate) node_id: u8,
     pub(crate) values: Vec<Value>,
     pub(crate) saved: Saved,
-    written: VecDeque<Slot>,
-    is_written: Vec<bool>,
+    written: Written,
     revision: u64,
     pub(crate) owners: [Option<Owner>; MAX_AXES],
     commanded: VecDeque<Commanded>,
@@ -49,12 +49,11 @@ impl Dictionary {
     #[must_use]
     pub fn new(schema: Arc<Schema>, node_id: u8) -> Self {
         let values: Vec<Value> = schema.entries().map(|(_, entry)| entry.power_on(node_id)).collect();
-        let written = VecDeque::with_capacity(64.min(values.len()));
-        let is_written = vec![false; values.len()];
+        let written = Written::new(values.len());
         let (saved, owners) = (Saved::default(), [None; MAX_AXES]);
         let commanded = VecDeque::with_capacity(MAX_COMMANDED);
         let refused = VecDeque::with_capacity(MAX_REFUSED);
-        Self { schema, node_id, values, saved, written, is_written, revision: 0, owners, commanded, refused }
+        Self { schema, node_id, values, saved, written, revision: 0, owners, commanded, refused }
     }
 
     /// The objects this dictionary has.
@@ -81,7 +80,6 @@ impl Dictionary {
         }
         self.restore(|_| true);
         self.written.clear();
-        self.is_written.fill(false);
         self.revision += 1;
     }
 
@@ -175,11 +173,7 @@ impl Dictionary {
             let raw = self.raw(slot);
             self.commanded.push_back(Commanded { origin, slot, raw, has_changed: raw != before, is_cyclic });
         }
-        if let Some(flag) = self.is_written.get_mut(slot.position())
-            && !core::mem::replace(flag, true)
-        {
-            self.written.push_back(slot);
-        }
+        self.written.push(slot);
     }
 
     pub(crate) fn put(&mut self, slot: Slot, data: Data<'_>) {
@@ -194,17 +188,13 @@ impl Dictionary {
 
     /// The next entry that a bus has written since it was last taken, in the order of writing.
     pub fn take_written(&mut self) -> Option<Slot> {
-        let slot = self.written.pop_front()?;
-        if let Some(flag) = self.is_written.get_mut(slot.position()) {
-            *flag = false;
-        }
-        Some(slot)
+        self.written.pop()
     }
 
     /// Whether a bus has written the entry at `slot` since it was last taken.
     #[must_use]
     pub fn is_written(&self, slot: Slot) -> bool {
-        self.is_written.get(slot.position()).copied().unwrap_or(false)
+        self.written.contains(slot)
     }
 
     /// Whether a bus has written anything that was not taken yet.

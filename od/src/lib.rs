@@ -29,6 +29,7 @@ mod schema;
 mod sheet;
 mod slot_table;
 mod value;
+mod written;
 pub mod xdd;
 
 pub use abort::AbortCode;

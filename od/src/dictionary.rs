@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::written::Written;
 use crate::{
     AbortCode, Address, Commanded, Data, DataType, Entry, Origin, Owner, RefusedCommand, Saved, Schema,
-    Value, Write, value,
+    Value, Write,
 };
 
 /// Where an entry of a particular dictionary is kept: the fast way to it.
@@ -115,6 +115,7 @@ impl Dictionary {
 
     /// The bit pattern at `slot`, zero for strings and domains.
     #[must_use]
+    #[inline]
     pub fn raw(&self, slot: Slot) -> u64 {
         self.values.get(slot.position()).map_or(0, Value::raw)
     }
@@ -137,10 +138,11 @@ impl Dictionary {
 
     /// Sets the bit pattern at `slot`: the device showing its own state. Bits the type does not have are cut off.
     /// Never for what comes from a bus.
+    #[inline]
     pub fn set(&mut self, slot: Slot, raw: u64) {
-        let Some(data_type) = self.data_type(slot) else { return };
+        let Some(rule) = self.schema.rule(slot) else { return };
         if let Some(Value::Fixed(old)) = self.values.get_mut(slot.position()) {
-            let new = value::truncate(raw, data_type);
+            let new = raw & rule.mask;
             self.revision += u64::from(*old != new);
             *old = new;
         }
@@ -161,6 +163,7 @@ impl Dictionary {
     }
 
     /// Stores what the gate let through and remembers that it was written, and who commanded what by it.
+    #[inline]
     pub(crate) fn commit(&mut self, origin: Origin, write: &Write<'_>, is_cyclic: bool) {
         let slot = write.slot;
         let is_command = self.is_command(slot);
@@ -176,6 +179,7 @@ impl Dictionary {
         self.written.push(slot);
     }
 
+    #[inline]
     pub(crate) fn put(&mut self, slot: Slot, data: Data<'_>) {
         match data {
             Data::Raw(raw) => self.set(slot, raw),
@@ -187,12 +191,14 @@ impl Dictionary {
     }
 
     /// The next entry that a bus has written since it was last taken, in the order of writing.
+    #[inline]
     pub fn take_written(&mut self) -> Option<Slot> {
         self.written.pop()
     }
 
     /// Whether a bus has written the entry at `slot` since it was last taken.
     #[must_use]
+    #[inline]
     pub fn is_written(&self, slot: Slot) -> bool {
         self.written.contains(slot)
     }
@@ -228,7 +234,7 @@ impl Dictionary {
 
     /// Whether the entry at `slot` commands an axis.
     pub(crate) fn is_command(&self, slot: Slot) -> bool {
-        self.schema.entry(slot).is_some_and(|entry| entry.command.is_some())
+        self.schema.rule(slot).is_some_and(|rule| rule.is_command)
     }
 
     /// Makes `owner` the one who alone may write the entries that command `axis`; `None` for everybody.

@@ -127,6 +127,9 @@ impl Dictionary {
 
     fn pass(&mut self, origin: Origin, batch: &[Write<'_>], is_cyclic: bool) -> Result<(), Refusal> {
         for (item, write) in batch.iter().enumerate() {
+            if self.is_free(write) {
+                continue;
+            }
             if let Err(code) = self.check(origin, write) {
                 if !is_cyclic && batch.iter().any(|write| self.is_command(write.slot)) {
                     self.note_refused(RefusedCommand {
@@ -188,6 +191,12 @@ impl Dictionary {
             return Err(AbortCode::DeviceState);
         }
         entry.veto.map_or(Ok(()), |veto| veto(self, write.slot, write.data.raw()))
+    }
+
+    /// Whether no check can refuse this item, whoever writes it.
+    #[inline]
+    fn is_free(&self, write: &Write<'_>) -> bool {
+        matches!(write.data, Data::Raw(_)) && self.schema.rule(write.slot).is_some_and(|rule| rule.is_free)
     }
 
     /// The checks that concern the data alone, whoever writes them: length, range, veto.

@@ -24,6 +24,7 @@ mod gate;
 mod instant;
 mod mapping;
 mod pdo;
+mod rule;
 mod saved;
 mod schema;
 mod sheet;

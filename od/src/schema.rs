@@ -4,6 +4,7 @@ use core::ops::Range as Span;
 
 use thiserror::Error;
 
+use crate::rule::Rule;
 use crate::{
     AbortCode, Access, Address, DataType, Entry, Initial, Object, ObjectKind, Range, Slot, Value, Veto,
 };
@@ -14,6 +15,8 @@ pub struct Schema {
     objects: Vec<Header>,
     addresses: Vec<Address>,
     entries: Vec<Entry>,
+    /// What of the entries is asked at every write.
+    rules: Vec<Rule>,
 }
 
 #[derive(Clone, Debug)]
@@ -63,6 +66,7 @@ impl Schema {
     fn push(&mut self, object: Object) {
         let first = self.entries.len();
         self.addresses.extend(object.entries.iter().map(|e| Address::new(object.index, e.sub)));
+        self.rules.extend(object.entries.iter().map(Rule::of));
         self.entries.extend(object.entries);
         let (index, name, kind) = (object.index, object.name, object.kind);
         self.objects.push(Header { index, name, kind, slots: first..self.entries.len() });
@@ -70,8 +74,12 @@ impl Schema {
 
     /// Adds the owner's objection to the entry at `address`, if it exists.
     pub fn set_veto(&mut self, address: Address, veto: Veto) {
-        if let Some(entry) = self.slot(address).and_then(|s| self.entries.get_mut(s.position())) {
+        if let Some(slot) = self.slot(address)
+            && let Some(entry) = self.entries.get_mut(slot.position())
+            && let Some(rule) = self.rules.get_mut(slot.position())
+        {
             entry.veto = Some(veto);
+            *rule = Rule::of(entry);
         }
     }
 
@@ -129,6 +137,12 @@ impl Schema {
     #[must_use]
     pub fn entry(&self, slot: Slot) -> Option<&Entry> {
         self.entries.get(slot.position())
+    }
+
+    /// What is asked at every write of the entry kept at `slot`.
+    #[inline]
+    pub(crate) fn rule(&self, slot: Slot) -> Option<Rule> {
+        self.rules.get(slot.position()).copied()
     }
 
     /// The address of the entry kept at `slot`.

@@ -15,6 +15,7 @@ impl<T> Default for SlotTable<T> {
 impl<T: Copy> SlotTable<T> {
     /// The value at `slot`, if it has one.
     #[must_use]
+    #[inline]
     pub fn get(&self, slot: Slot) -> Option<T> {
         self.0.get(slot.position()).copied().flatten()
     }

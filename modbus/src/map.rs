@@ -261,6 +261,15 @@ impl Map {
         })
     }
 
+    /// The value whose registers hold `words`, as they stand on the wire.
+    pub(crate) fn joined(&self, words: &[[u8; 2]]) -> u64 {
+        let join = |value, word: &[u8; 2]| value << 16 | u64::from(u16::from_be_bytes(*word));
+        match self.order {
+            WordOrder::LowFirst => words.iter().rfold(0, join),
+            WordOrder::HighFirst => words.iter().fold(0, join),
+        }
+    }
+
     /// The coils `bits`, which must all be there.
     pub(crate) fn coils(&self, bits: &RangeInclusive<usize>) -> Option<&[Slot]> {
         covered(&self.coils, bits)

@@ -102,24 +102,21 @@ impl<'t> Service<'_, 't> {
             return Err(Exception::IllegalDataAddress);
         }
         let (values, _) = values.as_chunks();
-        let mut given = words.iter().zip(values);
-        while let Some((word, bytes)) = given.next() {
-            let Some(word) = *word else { continue };
-            let place = |word, bytes: &[u8; 2]| {
-                u64::from(u16::from_be_bytes(*bytes)) << (16 * self.target.map.significance(word))
+        let mut at = 0;
+        while let Some(word) = words.get(at) {
+            let Some(word) = *word else {
+                at += 1;
+                continue;
             };
-            let mut value = place(word, bytes);
-            if word.index != 0 {
-                return Err(Exception::IllegalDataValue);
-            }
-            for _ in 1..word.count {
-                let Some((Some(word), bytes)) = given.next() else { return Err(Exception::IllegalDataValue) };
-                value |= place(*word, bytes);
-            }
+            let next = at + usize::from(word.count);
+            let given =
+                values.get(at..next).filter(|_| word.index == 0).ok_or(Exception::IllegalDataValue)?;
+            let value = self.target.map.joined(given);
             if is_exact && !fits(word, value) {
                 return Err(Exception::from(AbortCode::ValueTooHigh));
             }
             self.collect(word.slot, value);
+            at = next;
         }
         self.commit()
     }

@@ -179,6 +179,7 @@ impl Vendor {
     }
 
     /// Notes that a bus has written the register with this role; whether there is something to do about it now.
+    #[inline]
     pub(crate) fn note_register(&mut self, role: Role) -> bool {
         match self {
             Self::None | Self::Mac4(_) => true,

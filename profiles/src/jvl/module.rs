@@ -107,6 +107,7 @@ impl Module {
     }
 
     /// Notes that the register with this role was written; whether there is something to do about it now.
+    #[inline]
     pub(crate) fn note_register(&mut self, role: Role) -> bool {
         of_motor!(&mut self.motor, true, motor => motor.note(role))
     }
@@ -122,7 +123,7 @@ impl Module {
     /// Passes so many registers on to the motor.
     pub(crate) fn pass(&mut self, registers: u32, scope: &mut Scope<'_>) {
         self.traffic.pass(registers);
-        self.traffic.show(scope);
+        self.traffic.show_frames(scope);
     }
 
     /// Whether an input is not yet taken for stable.

@@ -130,6 +130,7 @@ impl MacMotor {
 
     /// Notes that a bus has written the register with this role; whether there is something to do about it now.
     /// Registers of groups wait for a command, unless inputs choose among them.
+    #[inline]
     pub(crate) fn note(&mut self, role: Role) -> bool {
         if role.is_in_group() && !self.follows_inputs {
             return false;

@@ -48,6 +48,11 @@ impl Traffic {
     pub(super) fn show(&self, scope: &mut Scope<'_>) {
         scope.show_register(Role::ModuleTimeouts, self.timeouts.cast_signed());
         scope.show_register(Role::ModuleDiscarded, self.discarded.cast_signed());
+        self.show_frames(scope);
+    }
+
+    /// Shows the one that everything passed on changes.
+    pub(super) fn show_frames(&self, scope: &mut Scope<'_>) {
         scope.show_register(Role::ModuleFrames, self.frames.cast_signed());
     }
 }

@@ -143,6 +143,8 @@ impl RegisterFile {
                 dictionary.set(whole, u64::from(raw << 16 | u32::from(low)));
             }
             (_, Some(high)) if dictionary.is_written(high) => {}
+            // It holds what was written.
+            (Format::I32 | Format::U32, None) => {}
             _ => show(dictionary, cell, raw),
         }
         Some(WrittenRegister { space: cell.space, role: cell.role })

@@ -1,8 +1,8 @@
 //! The sockets of Modbus clients, served by the core thread itself.
 //!
 //! Readiness is asked for once for all sockets, by an epoll descriptor among those that the core thread sleeps on. Those
-//! that are ready wait in a queue; of each one request is served in turn ([`Sockets::serve_next`], [`Sockets::send`]), and the
-//! core thread looks at its other duties after either.
+//! that are ready wait in a queue; of each one request is served in turn ([`Sockets::serve_next`]), and the core
+//! thread looks at its other duties after each.
 
 mod change;
 mod listen;
@@ -177,25 +177,18 @@ impl Sockets {
         }
     }
 
-    /// Reads from the client that has waited longest and serves one request of it: the client, which [`Sockets::send`]
-    /// then sends the answer to. The core thread looks at its other duties in between.
-    pub(crate) fn serve_next(&mut self, now: Instant, core: &mut Core) -> Option<ClientId> {
-        let client = self.ready.pop_front()?;
-        let connection = self.connections.get_mut(usize::from(client.0))?.as_mut()?;
+    /// Serves one request of the client that has waited longest, and queues it again if it has asked for more.
+    pub(crate) fn serve_next(&mut self, now: Instant, core: &mut Core) {
+        let Some(client) = self.ready.pop_front() else { return };
+        let Some(Some(connection)) = self.connections.get_mut(usize::from(client.0)) else { return };
         connection.is_queued = false;
         if connection.is_blocked && self.flush(core, client) != Outcome::Done {
-            return None;
+            return;
         }
         if !core.has_request(client) && self.read(now, core, client) == Outcome::Over {
-            self.close(core, client);
-            return None;
+            return self.close(core, client);
         }
         core.serve(now, client);
-        Some(client)
-    }
-
-    /// Sends a client its answer, and queues it again if it has asked for more.
-    pub(crate) fn send(&mut self, core: &mut Core, client: ClientId) {
         let outcome = self.flush(core, client);
         if outcome == Outcome::Over {
             return;

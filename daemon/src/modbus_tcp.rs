@@ -30,6 +30,11 @@ const EVENTS: usize = 64;
 const CHUNK: usize = 2048;
 /// When a listener is tried again that could not let a client in, for want of descriptors.
 const RETRY_ACCEPT: Duration = Duration::from_millis(500);
+/// What the client of a connection is watched for: what changes is told once.
+const WATCHED: EpollFlags =
+    EpollFlags::EPOLLIN.union(EpollFlags::EPOLLOUT).union(ENDED).union(EpollFlags::EPOLLET);
+/// That it sends no more.
+const ENDED: EpollFlags = EpollFlags::EPOLLRDHUP.union(EpollFlags::EPOLLHUP).union(EpollFlags::EPOLLERR);
 /// The highest bit of an event's number tells a listener from a client.
 const IS_LISTENER: u64 = 1 << 63;
 
@@ -69,8 +74,19 @@ struct Socket {
 struct Connection {
     stream: TcpStream,
     is_queued: bool,
+    /// There may be something to read.
+    is_readable: bool,
+    /// The client sends no more, so that nothing more is told of it.
+    is_ended: bool,
     /// Waits for the client to take its answers.
     is_blocked: bool,
+}
+
+impl Connection {
+    fn note(&mut self, flags: EpollFlags) {
+        self.is_ended |= flags.intersects(ENDED);
+        self.is_readable |= self.is_ended || flags.contains(EpollFlags::EPOLLIN);
+    }
 }
 
 /// See the module's documentation.
@@ -154,7 +170,13 @@ impl Sockets {
                 listener if listener & IS_LISTENER != 0 => {
                     self.accept(now, core, (listener & !IS_LISTENER) as usize);
                 }
-                client => self.queue(ClientId(client as u16)),
+                client => {
+                    let client = ClientId(client as u16);
+                    self.connection(client)
+                        .into_iter()
+                        .for_each(|connection| connection.note(event.events()));
+                    self.queue(client);
+                }
             }
         }
     }
@@ -180,7 +202,7 @@ impl Sockets {
     /// Serves one request of the client that has waited longest, and queues it again if it has asked for more.
     pub(crate) fn serve_next(&mut self, now: Instant, core: &mut Core) {
         let Some(client) = self.ready.pop_front() else { return };
-        let Some(Some(connection)) = self.connections.get_mut(usize::from(client.0)) else { return };
+        let Some(connection) = self.connection(client) else { return };
         connection.is_queued = false;
         if connection.is_blocked && self.flush(core, client) != Outcome::Done {
             return;
@@ -193,7 +215,8 @@ impl Sockets {
         if outcome == Outcome::Over {
             return;
         }
-        let has_more = core.has_request(client);
+        let is_readable = self.connection(client).is_some_and(|connection| connection.is_readable);
+        let has_more = is_readable || core.has_request(client);
         if core.is_closing(client) {
             self.close(core, client);
         } else if has_more && outcome == Outcome::Done {
@@ -201,8 +224,12 @@ impl Sockets {
         }
     }
 
+    fn connection(&mut self, client: ClientId) -> Option<&mut Connection> {
+        self.connections.get_mut(usize::from(client.0))?.as_mut()
+    }
+
     fn queue(&mut self, client: ClientId) {
-        if let Some(Some(connection)) = self.connections.get_mut(usize::from(client.0))
+        if let Some(connection) = self.connection(client)
             && !core::mem::replace(&mut connection.is_queued, true)
         {
             self.ready.push_back(client);
@@ -239,7 +266,7 @@ impl Sockets {
         let Ok(client) = core.connect(now, number, peer, reads_only) else { return };
         // Its place may be that of the client whom it replaces.
         self.handle_timeout(now, core);
-        let event = EpollEvent::new(EpollFlags::EPOLLIN, client.0.into());
+        let event = EpollEvent::new(WATCHED, client.0.into());
         if self.epoll.add(&stream, event).is_err() {
             core.disconnect(client);
             return;
@@ -249,21 +276,35 @@ impl Sockets {
             self.connections.resize_with(place + 1, || None);
         }
         if let Some(connection) = self.connections.get_mut(place) {
-            *connection = Some(Connection { stream, is_queued: false, is_blocked: false });
+            *connection = Some(Connection {
+                stream,
+                is_queued: false,
+                is_readable: false,
+                is_ended: false,
+                is_blocked: false,
+            });
         }
     }
 
     fn read(&mut self, now: Instant, core: &mut Core, client: ClientId) -> Outcome {
         let Self { connections, chunk, .. } = self;
         let Some(Some(connection)) = connections.get_mut(usize::from(client.0)) else { return Outcome::Over };
+        if !connection.is_readable {
+            return Outcome::Blocked;
+        }
         let room = core.room(client).min(CHUNK);
         match connection.stream.read(chunk.get_mut(..room).unwrap_or_default()) {
             Ok(0) if room > 0 => Outcome::Over,
             Ok(length) => {
+                // What did not fill the room was all.
+                connection.is_readable = connection.is_ended || length == room;
                 core.receive(now, client, chunk.get(..length).unwrap_or_default());
                 Outcome::Done
             }
-            Err(error) if is_temporary(&error) => Outcome::Blocked,
+            Err(error) if is_temporary(&error) => {
+                connection.is_readable = error.kind() == ErrorKind::Interrupted;
+                Outcome::Blocked
+            }
             Err(_) => Outcome::Over,
         }
     }
@@ -271,8 +312,7 @@ impl Sockets {
     /// Sends what a client is to be told. One that does not take it is read from no more until it does; a connection
     /// that is over is closed.
     fn flush(&mut self, core: &mut Core, client: ClientId) -> Outcome {
-        let Self { connections, epoll, .. } = self;
-        let Some(Some(connection)) = connections.get_mut(usize::from(client.0)) else { return Outcome::Over };
+        let Some(connection) = self.connection(client) else { return Outcome::Over };
         let outcome = loop {
             let output = core.output(client);
             if output.is_empty() {
@@ -280,18 +320,12 @@ impl Sockets {
             }
             match connection.stream.write(output) {
                 Ok(length) => core.sent(client, length),
-                Err(error) if is_temporary(&error) => break Outcome::Blocked,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => break Outcome::Blocked,
                 Err(_) => break Outcome::Over,
             }
         };
-        let is_blocked = outcome == Outcome::Blocked;
-        if is_blocked != connection.is_blocked {
-            connection.is_blocked = is_blocked;
-            let flags = if is_blocked { EpollFlags::EPOLLOUT } else { EpollFlags::EPOLLIN };
-            let mut event = EpollEvent::new(flags, client.0.into());
-            // It cannot fail for a descriptor that was added.
-            let _ = epoll.modify(&connection.stream, &mut event);
-        }
+        connection.is_blocked = outcome == Outcome::Blocked;
         if outcome == Outcome::Over {
             self.close(core, client);
         }

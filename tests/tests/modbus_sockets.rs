@@ -1,7 +1,7 @@
 //! Modbus clients that behave badly, on real sockets.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{Ipv4Addr, TcpStream};
+use std::net::{Ipv4Addr, Shutdown, TcpStream};
 use std::time::Duration;
 
 use tests::{Bus, Daemon, PATIENCE, TempDir, axisctl, config, free_port};
@@ -149,6 +149,26 @@ fn a_length_that_no_frame_has_ends_the_connection_after_the_answers_before() {
     client.read_exact(&mut answer).unwrap();
     assert_eq!(answer, ANSWER);
     assert!(is_closed(&mut client));
+}
+
+#[test]
+fn a_client_that_ends_its_requests_gets_all_answers_before_its_connection_ends() {
+    let (_daemon, port) = start("");
+    // One that ends with its requests, one that has got its answer, one that has asked for nothing.
+    for (requests, is_answered_before) in [(1000, false), (1, true), (0, false)] {
+        let mut client = connect(port);
+        client.write_all(&READ.repeat(requests)).unwrap();
+        let mut answers = vec![0; requests * ANSWER.len()];
+        if is_answered_before {
+            client.read_exact(&mut answers).unwrap();
+        }
+        client.shutdown(Shutdown::Write).unwrap();
+        if !is_answered_before {
+            client.read_exact(&mut answers).unwrap();
+        }
+        assert!(answers.chunks(ANSWER.len()).all(|answer| answer == ANSWER));
+        assert!(is_closed(&mut client));
+    }
 }
 
 #[test]

@@ -126,6 +126,15 @@ impl Dictionary {
         self.data_type(slot).map_or(0, |t| t.integer(self.raw(slot)))
     }
 
+    /// What a bus reads at `slot` as a number of 64 bits, sign-extended by its type; zero for strings, domains and what
+    /// may only be written.
+    #[must_use]
+    #[inline]
+    pub fn shown(&self, slot: Slot) -> u64 {
+        let rule = self.schema.rule(slot).filter(|rule| rule.is_readable);
+        rule.map_or(0, |rule| rule.extended(self.raw(slot)))
+    }
+
     /// The value at `slot`.
     #[must_use]
     pub fn value(&self, slot: Slot) -> Option<&Value> {

@@ -3,7 +3,7 @@
 //! A request that reads may cover a part of a value; one that writes covers all of it, because half a value would be
 //! another value for as long as the other half is missing.
 
-use od::{AbortCode, Dictionary, Slot};
+use od::{AbortCode, Slot};
 
 use super::{Outcome, Service};
 use crate::map::{Window, Word};
@@ -81,7 +81,7 @@ impl<'t> Service<'_, 't> {
             let Some(word) = *word else { continue };
             let value = match last {
                 Some((slot, value)) if slot == word.slot => value,
-                _ => value(dictionary, word),
+                _ => dictionary.shown(word.slot),
             };
             last = Some((word.slot, value));
             *place = part(map, word, value).to_be_bytes();
@@ -91,7 +91,7 @@ impl<'t> Service<'_, 't> {
     /// What a register shows.
     fn word(&self, word: Option<Word>) -> u16 {
         let Target { map, dictionary, .. } = &self.target;
-        word.map_or(0, |word| part(map, word, value(dictionary, word)))
+        word.map_or(0, |word| part(map, word, dictionary.shown(word.slot)))
     }
 
     /// Writes all `values` from `start` on, or none.
@@ -120,12 +120,6 @@ impl<'t> Service<'_, 't> {
         }
         self.commit()
     }
-}
-
-/// What the entry of a register holds, sign-extended; zero if it may not be read.
-fn value(dictionary: &Dictionary, word: Word) -> u64 {
-    let raw = dictionary.read(word.slot).map_or(0, |(_, value)| value.raw());
-    word.data_type.integer(raw) as u64
 }
 
 /// The part of a value that a register holds.

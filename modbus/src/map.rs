@@ -112,6 +112,26 @@ pub(crate) struct Word {
     pub(crate) index: u8,
     /// Registers the value has.
     pub(crate) count: u8,
+    /// Position in the value, by significance: the number of the bit that is its lowest.
+    shift: u8,
+}
+
+impl Word {
+    /// The registers of a value, by address.
+    fn all(slot: Slot, data_type: DataType, count: u8, order: WordOrder) -> impl Iterator<Item = Self> {
+        (0..count).map(move |index| {
+            let shift = match order {
+                WordOrder::LowFirst => 16 * index,
+                WordOrder::HighFirst => 16 * (count - 1 - index),
+            };
+            Self { slot, data_type, index, count, shift }
+        })
+    }
+
+    /// The part of `value` that the register holds.
+    pub(crate) fn part(self, value: u64) -> u16 {
+        (value >> (self.shift & 63)) as u16
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -171,8 +191,8 @@ impl Map {
         module: impl IntoIterator<Item = (u8, Slot)>,
         mirror: Option<Flag>,
     ) -> Self {
-        let motor = registers(schema, motor, JVL_MOTOR_REGISTERS);
-        let module = registers(schema, module, JVL_MODULE_REGISTERS);
+        let motor = registers(schema, motor, JVL_MOTOR_REGISTERS, self.order);
+        let module = registers(schema, module, JVL_MODULE_REGISTERS, self.order);
         self.add(0, Style::Jvl, None, motor);
         if mirror.is_some() {
             self.add(JVL_MIRROR, Style::Jvl, mirror, module.clone());
@@ -200,9 +220,7 @@ impl Map {
                 continue;
             }
             words.extend(core::iter::repeat_n(None, pad));
-            words.extend(
-                (0..count).map(|index| Some(Word { slot, data_type: entry.data_type, index, count })),
-            );
+            words.extend(Word::all(slot, entry.data_type, count, self.order).map(Some));
         }
         self.add(APPLICATION, Style::Exact, None, words);
         self.coils.extend(outputs);
@@ -253,14 +271,6 @@ impl Map {
         })
     }
 
-    /// The significance of a word in its value: 0 for the lowest.
-    pub(crate) fn significance(&self, word: Word) -> u32 {
-        u32::from(match self.order {
-            WordOrder::LowFirst => word.index,
-            WordOrder::HighFirst => word.count - 1 - word.index,
-        })
-    }
-
     /// The value whose registers hold `words`, as they stand on the wire.
     pub(crate) fn joined(&self, words: &[[u8; 2]]) -> u64 {
         let join = |value, word: &[u8; 2]| value << 16 | u64::from(u16::from_be_bytes(*word));
@@ -289,14 +299,18 @@ fn covered<'s>(slots: &'s [Slot], bits: &RangeInclusive<usize>) -> Option<&'s [S
 }
 
 /// Registers 0 to `last`, two words each; those that are not given are reserved.
-fn registers(schema: &Schema, given: impl IntoIterator<Item = (u8, Slot)>, last: u8) -> Vec<Option<Word>> {
+fn registers(
+    schema: &Schema,
+    given: impl IntoIterator<Item = (u8, Slot)>,
+    last: u8,
+    order: WordOrder,
+) -> Vec<Option<Word>> {
     let mut words = vec![None; 2 * (usize::from(last) + 1)];
     for (number, slot) in given {
         let Some(data_type) = schema.entry(slot).map(|entry| entry.data_type) else { continue };
         let place = words.get_mut(2 * usize::from(number)..2 * usize::from(number) + 2);
-        for (index, word) in (0..).zip(place.into_iter().flatten()) {
-            *word = Some(Word { slot, data_type, index, count: 2 });
-        }
+        let value = Word::all(slot, data_type, 2, order);
+        place.into_iter().flatten().zip(value).for_each(|(place, word)| *place = Some(word));
     }
     words
 }

@@ -7,7 +7,7 @@ use od::{AbortCode, Slot};
 
 use super::{Outcome, Service};
 use crate::map::{Window, Word};
-use crate::{Dialect, Exception, Map, Target};
+use crate::{Dialect, Exception, Target};
 
 impl<'t> Service<'_, 't> {
     pub(super) fn read_registers(&mut self, start: u16, quantity: u16) -> Outcome {
@@ -30,7 +30,8 @@ impl<'t> Service<'_, 't> {
 
     pub(super) fn mask_write(&mut self, address: u16, and: u16, or: u16) -> Outcome {
         let window = self.readable(address, 1)?;
-        let present = window.words.first().map_or(0, |word| self.word(*word));
+        let shown = |word: &Word| word.part(self.target.dictionary.shown(word.slot));
+        let present = window.words.iter().flatten().next().map_or(0, shown);
         self.store(address, &(present & and | or & !and).to_be_bytes())?;
         self.say(&[address, and, or]);
         Ok(())
@@ -73,7 +74,7 @@ impl<'t> Service<'_, 't> {
         self.answer.push((2 * window.words.len()) as u8);
         let first = self.answer.len();
         self.answer.resize(first + 2 * window.words.len(), 0);
-        let Service { target: Target { map, dictionary, .. }, answer, .. } = self;
+        let Service { target: Target { dictionary, .. }, answer, .. } = self;
         let (places, _) = answer.get_mut(first..).unwrap_or_default().as_chunks_mut();
         // Neighbours mostly belong to one value.
         let mut last: Option<(Slot, u64)> = None;
@@ -84,14 +85,8 @@ impl<'t> Service<'_, 't> {
                 _ => dictionary.shown(word.slot),
             };
             last = Some((word.slot, value));
-            *place = part(map, word, value).to_be_bytes();
+            *place = word.part(value).to_be_bytes();
         }
-    }
-
-    /// What a register shows.
-    fn word(&self, word: Option<Word>) -> u16 {
-        let Target { map, dictionary, .. } = &self.target;
-        word.map_or(0, |word| part(map, word, dictionary.shown(word.slot)))
     }
 
     /// Writes all `values` from `start` on, or none.
@@ -120,11 +115,6 @@ impl<'t> Service<'_, 't> {
         }
         self.commit()
     }
-}
-
-/// The part of a value that a register holds.
-fn part(map: &Map, word: Word, value: u64) -> u16 {
-    (value >> (16 * map.significance(word))) as u16
 }
 
 /// Whether `value`, which has as many bits as the registers of `word`, is one of its type: what the type does not have

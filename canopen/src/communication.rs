@@ -1,6 +1,6 @@
 //! The communication objects of a node, 0x1000-0x1FFF: `od` data that the engine owns.
 
-use od::{AbortCode, Address, Data, Dictionary, Entry, Origin, Slot, Value, Write};
+use od::{AbortCode, Address, Data, Dictionary, Entry, Origin, RefusedCommand, Slot, Value, Write};
 
 use crate::CobId;
 
@@ -123,5 +123,13 @@ impl Objects<'_> {
         let area =
             if is_communication(address.index) { &mut *self.communication } else { &mut *self.application };
         area.write(origin, &[write]).map_err(|refusal| refusal.code)
+    }
+
+    /// Takes note of a download that did not get as far as the gate, if it is of a command: none of those is the engine's.
+    pub(crate) fn note_refused(&mut self, origin: Origin, address: Address, code: AbortCode) {
+        let Ok(slot) = self.application.find(address) else { return };
+        if !is_communication(address.index) && self.application.is_command(slot) {
+            self.application.note_refused(RefusedCommand { origin, slot, raw: None, code });
+        }
     }
 }

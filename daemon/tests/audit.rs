@@ -31,7 +31,7 @@ fn kept(bench: &mut Bench) -> Vec<(Option<usize>, What, Option<Again>)> {
 
 /// An entry written by `node_id`.
 fn item(node_id: u8, index: u16, sub: u8, value: i128) -> Item {
-    Item { node_id: Some(node_id), address: Address::new(index, sub), value }
+    Item { node_id: Some(node_id), address: Address::new(index, sub), value: Some(value) }
 }
 
 fn again(times: u64, lasted: Duration) -> Option<Again> {
@@ -81,6 +81,48 @@ fn a_command_that_is_refused_is_kept_with_its_reason_and_a_flood_of_them_is_two_
     assert_eq!(kept(&mut bench), [], "it may still go on");
     bench.run(Duration::from_secs(10));
     assert_eq!(kept(&mut bench), [(Some(0), refused(99), again(99, lasted))], "the other came once");
+}
+
+/// An entry of node 1 that was refused before its value was known.
+fn unknown(index: u16, code: AbortCode) -> (Option<usize>, What, Option<Again>) {
+    let item = Item { node_id: Some(1), address: Address::new(index, 0), value: None };
+    (Some(0), What::Refused(item, code), None)
+}
+
+#[test]
+fn sdo_downloads_of_a_wrong_length_are_kept_once_for_each_kind() {
+    let mut bench = bench("cia402-servo");
+    let too_long = unknown(0x607A, AbortCode::TooLong);
+    let too_short = unknown(0x607A, AbortCode::TooShort);
+    for (download, told) in [
+        // Expedited: two bytes of four.
+        (&["601#2B7A600001000000"][..], too_short),
+        // Segmented: eight bytes are announced; or none, and seven come; or four, and three come.
+        (&["601#217A600008000000"], too_long),
+        (&["601#207A600000000000", "601#0101020304050607"], too_long),
+        (&["601#217A600004000000", "601#0901020300000000"], too_short),
+        // By blocks: eight bytes are announced; or none, and seven come; or two.
+        (&["601#C27A600008000000"], too_long),
+        (&["601#C07A600000000000", "601#8101020304050607", "601#C100000000000000"], too_long),
+        (&["601#C07A600000000000", "601#8101020000000000", "601#D500000000000000"], too_short),
+    ] {
+        for _ in 0..3 {
+            let last = download.iter().flat_map(|frame| bench.send(frame)).last().unwrap();
+            let code = if told == too_long { "12000706" } else { "13000706" };
+            assert_eq!(last, format!("581#807A6000{code}"), "{download:?}");
+        }
+        assert_eq!(kept(&mut bench), [told], "{download:?}");
+        bench.run(Duration::from_secs(2));
+        let times = kept(&mut bench)[0].2.map(|again| again.times);
+        assert_eq!(times, Some(2), "{download:?}");
+    }
+    // Not an axis is moved by 0x6065; a client that gives up or breaks the protocol has written nothing.
+    for nothing in
+        ["601#2B65600001000000", "601#217A600004000000", "601#807A600000000405", "601#1101020304000000"]
+    {
+        bench.send(nothing);
+    }
+    assert_eq!(kept(&mut bench), []);
 }
 
 #[test]

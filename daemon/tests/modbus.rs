@@ -191,7 +191,7 @@ fn a_command_of_a_client_that_is_refused_is_kept_with_its_address() {
     gateway.bench.core.set_owner(0, Some(CAN));
     assert_eq!(gateway.write16(client, 0x6040, 7), "86 04");
     let Some(AuditEntry { who, what, .. }) = gateway.bench.core.poll_audit() else { panic!("an entry") };
-    let item = Item { node_id: None, address: Address::new(0x6040, 0), value: 7 };
+    let item = Item { node_id: None, address: Address::new(0x6040, 0), value: Some(7) };
     assert_eq!(what, What::Refused(item, AbortCode::DeviceState));
     assert!(matches!(who, Who::Modbus(_)), "{who:?}");
     assert_eq!(gateway.bench.core.poll_audit(), None);

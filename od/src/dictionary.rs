@@ -234,7 +234,9 @@ impl Dictionary {
         self.refused.pop_front()
     }
 
-    pub(crate) fn note_refused(&mut self, refused: RefusedCommand) {
+    /// Takes note of a command that was refused, or of what came with one in a batch, before it reached the gate: since its
+    /// length was wrong, or who sent it may not write it.
+    pub fn note_refused(&mut self, refused: RefusedCommand) {
         if self.refused.len() == MAX_REFUSED {
             self.refused.pop_front();
         }
@@ -242,7 +244,8 @@ impl Dictionary {
     }
 
     /// Whether the entry at `slot` commands an axis.
-    pub(crate) fn is_command(&self, slot: Slot) -> bool {
+    #[must_use]
+    pub fn is_command(&self, slot: Slot) -> bool {
         self.schema.rule(slot).is_some_and(|rule| rule.is_command)
     }
 

@@ -48,15 +48,15 @@ pub struct Commanded {
     pub is_cyclic: bool,
 }
 
-/// A command that the gate refused, and with it the batch that it came in.
+/// A command that was refused, and with it the batch that it came in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RefusedCommand {
     /// Who.
     pub origin: Origin,
     /// The entry that was refused.
     pub slot: Slot,
-    /// What it was to hold.
-    pub raw: u64,
+    /// What it was to hold; none if what came has not the length of the entry.
+    pub raw: Option<u64>,
     /// Why.
     pub code: AbortCode,
 }
@@ -132,12 +132,9 @@ impl Dictionary {
             }
             if let Err(code) = self.check(origin, write) {
                 if !is_cyclic && batch.iter().any(|write| self.is_command(write.slot)) {
-                    self.note_refused(RefusedCommand {
-                        origin,
-                        slot: write.slot,
-                        raw: write.data.raw(),
-                        code,
-                    });
+                    let is_whole = !matches!(code, AbortCode::TooLong | AbortCode::TooShort);
+                    let raw = is_whole.then(|| write.data.raw());
+                    self.note_refused(RefusedCommand { origin, slot: write.slot, raw, code });
                 }
                 return Err(Refusal { item, code });
             }

@@ -177,7 +177,7 @@ fn a_batch_with_a_command_that_is_refused_is_remembered_unless_it_is_cyclic() {
     let (command, parameter) = (slot(&dictionary, 0x2005), slot(&dictionary, 0x2000));
     assert_eq!(write(&mut dictionary, 0x2005, &[7, 0]), Err(AbortCode::DeviceState));
     let code = AbortCode::DeviceState;
-    let refused = RefusedCommand { origin: CAN, slot: command, raw: 7, code };
+    let refused = RefusedCommand { origin: CAN, slot: command, raw: Some(7), code };
     assert_eq!(dictionary.take_refused(), Some(refused));
     // The item that is refused need not be the command.
     let batch = |bytes| {
@@ -185,7 +185,7 @@ fn a_batch_with_a_command_that_is_refused_is_remembered_unless_it_is_cyclic() {
         [item(parameter, bytes), item(command, &[1, 0])]
     };
     let _ = dictionary.write(CAN, &batch(&[1]));
-    let refused = RefusedCommand { origin: CAN, slot: parameter, raw: 1, code: AbortCode::TooShort };
+    let refused = RefusedCommand { origin: CAN, slot: parameter, raw: None, code: AbortCode::TooShort };
     assert_eq!(dictionary.take_refused(), Some(refused));
     let _ = dictionary.write_cyclic(CAN, &[Write { slot: command, data: Data::Raw(2) }]);
     assert_eq!(write(&mut dictionary, 0x2000, &[1]), Err(AbortCode::TooShort));
@@ -193,7 +193,7 @@ fn a_batch_with_a_command_that_is_refused_is_remembered_unless_it_is_cyclic() {
     for value in 0..=255 {
         let _ = write(&mut dictionary, 0x2005, &[value, 0]);
     }
-    assert_eq!(dictionary.take_refused().unwrap().raw, 248, "the last eight");
+    assert_eq!(dictionary.take_refused().unwrap().raw, Some(248), "the last eight");
 }
 
 #[test]

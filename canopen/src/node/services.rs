@@ -122,6 +122,10 @@ impl Node {
                 return;
             }
             Step::Answer(answer) => connection.frame(answer),
+            Step::Refuse { address, code, answer } => {
+                objects.note_refused(self.origin, address, code);
+                connection.frame(answer)
+            }
             Step::Write { address, answer } => {
                 let (pdos, storage) = (&self.pdos, &self.storage);
                 let rules = |objects: &Objects<'_>, slot, raw| {

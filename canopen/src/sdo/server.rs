@@ -23,6 +23,8 @@ pub(crate) enum Step {
     /// All data of a download are there, in [`Server::data`]: they are to be written; `answer` if that
     /// succeeds, else what [`Server::refuse`] gives. Then [`Server::reset`] forgets them.
     Write { address: Address, answer: [u8; 8] },
+    /// The download of an entry was refused before all data of it were there: its access or its length is wrong.
+    Refuse { address: Address, code: AbortCode, answer: [u8; 8] },
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -180,6 +182,9 @@ impl Server {
             Ok(step) => {
                 self.rearm(now);
                 step
+            }
+            Err(code @ (AbortCode::ReadOnly | AbortCode::TooLong | AbortCode::TooShort)) => {
+                Step::Refuse { address, code, answer: self.refuse(address, code) }
             }
             Err(code) => Step::Answer(self.refuse(address, code)),
         }

@@ -172,7 +172,7 @@ impl<'n> Line<'n> {
             by,
             object: Some(item.address.to_string()),
             name: object.map(|object| &*object.name),
-            value: Some(item.value),
+            value: item.value,
             ..self
         }
     }
@@ -259,7 +259,7 @@ mod tests {
     }
 
     fn item(node_id: Option<u8>) -> Item {
-        Item { node_id, address: Address::new(0x607A, 0), value: -5 }
+        Item { node_id, address: Address::new(0x607A, 0), value: Some(-5) }
     }
 
     const MODBUS: &str = "10.0.0.5:40112";

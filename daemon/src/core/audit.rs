@@ -54,8 +54,8 @@ pub struct Item {
     pub node_id: Option<u8>,
     /// The entry.
     pub address: Address,
-    /// What was written.
-    pub value: i128,
+    /// What was written; none if it was refused for its length.
+    pub value: Option<i128>,
 }
 
 /// Kinds of entries. Axes have numbers from 0.

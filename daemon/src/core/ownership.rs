@@ -1,6 +1,6 @@
 //! Who may command an axis: what the configuration says, until somebody claims it.
 
-use od::{Bus, Instant, Origin, Owner, Slot};
+use od::{Bus, Commanded, Instant, Origin, Owner, Slot};
 use profiles::Device;
 use thiserror::Error;
 
@@ -74,8 +74,9 @@ impl Core {
         let Self { units, modbus, audit, .. } = self;
         let Some(Unit { device, trail, .. }) = units.get_mut(unit) else { return };
         while let Some(commanded) = device.dictionary_mut().take_commanded() {
-            let Some(item) = item(device, commanded.origin, commanded.slot, commanded.raw) else { continue };
-            let who = who(modbus, commanded.origin);
+            let Commanded { origin, slot, raw, .. } = commanded;
+            let Some(item) = item(device, origin, slot, Some(raw)) else { continue };
+            let who = who(modbus, origin);
             if commanded.has_changed {
                 trail.note(now, who, item.address, commanded.raw);
             }
@@ -99,10 +100,10 @@ fn who(modbus: &Modbus, Origin { bus, link, client }: Origin) -> Who {
 }
 
 /// What was written to a device.
-fn item(device: &Device, origin: Origin, slot: Slot, raw: u64) -> Option<Item> {
+fn item(device: &Device, origin: Origin, slot: Slot, raw: Option<u64>) -> Option<Item> {
     let schema = device.dictionary().schema();
     let data_type = schema.entry(slot)?.data_type;
     // The client of CANopen is the Node-ID.
     let node_id = (origin.bus == Bus::CanOpen).then_some(origin.client as u8);
-    Some(Item { node_id, address: schema.address(slot)?, value: data_type.integer(raw) })
+    Some(Item { node_id, address: schema.address(slot)?, value: raw.map(|raw| data_type.integer(raw)) })
 }

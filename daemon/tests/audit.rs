@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use canopen::{NetworkOrder, NmtCommand};
+use common::gateway::{Gateway, peer};
 use common::{Bench, LINK};
 use daemon::core::{Again, AuditEntry, Item, LinkId, What, Who};
 use daemon::motion::Goal;
@@ -123,6 +124,28 @@ fn sdo_downloads_of_a_wrong_length_are_kept_once_for_each_kind() {
         bench.send(nothing);
     }
     assert_eq!(kept(&mut bench), []);
+}
+
+#[test]
+fn what_a_modbus_client_may_not_write_is_kept_and_a_flood_of_it_is_two_entries() {
+    let mut gateway = Gateway::new(&[1]);
+    gateway.bench.core.keep_audit();
+    let reader = gateway.bench.core.connect(gateway.bench.now, 0, peer(2), true).unwrap();
+    for value in 0..100 {
+        assert_eq!(gateway.write16(reader, 0x6040, value), "86 02");
+        gateway.bench.run(Duration::from_millis(10));
+    }
+    // This moves nothing.
+    gateway.write32(reader, 0x6065, 9);
+    gateway.bench.run(Duration::from_secs(2));
+    let told = entries(&mut gateway.bench);
+    assert!(told.iter().all(|entry| (entry.device, entry.who) == (Some(0), Who::Modbus(peer(2)))));
+    let refused = |value| {
+        let item = Item { node_id: None, address: Address::new(0x6040, 0), value: Some(value) };
+        What::Refused(item, AbortCode::UnsupportedAccess)
+    };
+    let told: Vec<_> = told.iter().map(|e| (e.what, e.again.map(|again| again.times))).collect();
+    assert_eq!(told, [(refused(0), None), (refused(99), Some(99))]);
 }
 
 #[test]

@@ -4,7 +4,7 @@ mod bits;
 mod encapsulated;
 mod registers;
 
-use od::{Data, Dictionary, Origin, Refusal, Slot, Write};
+use od::{AbortCode, Data, Dictionary, Origin, Refusal, RefusedCommand, Slot, Write};
 
 use crate::{Dialect, Exception, Identification, MAX_PDU, Map, Permissions, Request, function};
 
@@ -28,6 +28,9 @@ pub(crate) struct Client<'a> {
     pub(crate) permissions: &'a Permissions,
     pub(crate) unit: u8,
 }
+
+/// What a client may not write at all is another access than it has.
+const FORBIDDEN: AbortCode = AbortCode::UnsupportedAccess;
 
 /// What is wrong with a request, or nothing.
 type Outcome = Result<(), Exception>;
@@ -113,17 +116,26 @@ impl Service<'_, '_> {
         self.target.dictionary.write(self.client.origin, self.batch).map_err(refused)
     }
 
-    /// Whether the client may write the entry `slot` by other means than its registers.
-    fn check_permission(&self, slot: Option<Slot>) -> Outcome {
+    /// Whether the client may write the entry `slot`, which is to hold `raw`, by other means than its registers.
+    fn check_permission(&mut self, slot: Slot, raw: Option<u64>) -> Outcome {
         let Client { permissions, .. } = self.client;
         let has_permitted_registers = || {
-            let registers = slot.into_iter().flat_map(|slot| self.target.map.registers_of(slot));
+            let registers = self.target.map.registers_of(slot);
             registers.into_iter().any(|(first, count)| permissions.may_write(first, count))
         };
         if permissions.is_unrestricted() || has_permitted_registers() {
-            Ok(())
-        } else {
-            Err(Exception::IllegalDataAddress)
+            return Ok(());
         }
+        Err(self.refuse(self.target.dictionary.is_command(slot), slot, raw, FORBIDDEN))
+    }
+
+    /// Refuses what does not get as far as the write gate; who keeps the refusals of the gate has this one among them, if it
+    /// is of a command.
+    fn refuse(&mut self, is_command: bool, slot: Slot, raw: Option<u64>, code: AbortCode) -> Exception {
+        if is_command {
+            let origin = self.client.origin;
+            self.target.dictionary.note_refused(RefusedCommand { origin, slot, raw, code });
+        }
+        code.into()
     }
 }

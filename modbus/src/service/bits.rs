@@ -53,12 +53,12 @@ impl Service<'_, '_> {
             if own.is_empty() {
                 continue;
             }
-            self.check_permission(Some(*slot))?;
             let value = own.fold(self.target.dictionary.raw(*slot), |value, bit| {
                 let mask = 1 << (bit - first);
                 let is_on = od::bits::get(states, bit - bits.start(), 1) == 1;
                 if is_on { value | mask } else { value & !mask }
             });
+            self.check_permission(*slot, Some(value))?;
             self.collect(*slot, value);
         }
         self.commit()

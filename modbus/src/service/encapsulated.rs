@@ -69,7 +69,9 @@ impl Service<'_, '_> {
             return Err(Exception::IllegalDataAddress);
         }
         let slot = self.target.dictionary.find(address)?;
-        self.check_permission(Some(slot))?;
+        let entry = self.target.dictionary.schema().entry(slot);
+        let is_whole = entry.is_some_and(|entry| entry.data_type.bytes() == Some(data.len()));
+        self.check_permission(slot, is_whole.then(|| od::bits::from_le(data)))?;
         let batch = [Write { slot, data: Data::Bytes(data) }];
         self.target.dictionary.write(self.client.origin, &batch).map_err(|refusal| refusal.code)?;
         sdo_answer(self.answer, request, 0);

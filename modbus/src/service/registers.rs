@@ -5,7 +5,7 @@
 
 use od::{AbortCode, Slot};
 
-use super::{Outcome, Service};
+use super::{FORBIDDEN, Outcome, Service};
 use crate::map::{Window, Word};
 use crate::{Dialect, Exception, Target};
 
@@ -94,7 +94,7 @@ impl<'t> Service<'_, 't> {
         let quantity = (values.len() / 2) as u16;
         let Window { words, is_exact } = self.window(start, quantity)?;
         if !self.client.permissions.may_write(start, usize::from(quantity)) {
-            return Err(Exception::IllegalDataAddress);
+            return Err(self.forbid(words, values));
         }
         let (values, _) = values.as_chunks();
         let mut at = 0;
@@ -104,16 +104,36 @@ impl<'t> Service<'_, 't> {
                 continue;
             };
             let next = at + usize::from(word.count);
-            let given =
-                values.get(at..next).filter(|_| word.index == 0).ok_or(Exception::IllegalDataValue)?;
+            let Some(given) = values.get(at..next).filter(|_| word.index == 0) else {
+                return Err(self.misfit(words, word, AbortCode::LengthMismatch));
+            };
             let value = self.target.map.joined(given);
             if is_exact && !fits(word, value) {
-                return Err(Exception::from(AbortCode::ValueTooHigh));
+                return Err(self.misfit(words, word, AbortCode::ValueTooHigh));
             }
             self.collect(word.slot, value);
             at = next;
         }
         self.commit()
+    }
+
+    /// Refuses values for registers that the client may not write: of these, the first that is a command.
+    #[cold]
+    fn forbid(&mut self, words: &[Option<Word>], values: &[u8]) -> Exception {
+        let is_command = |word: &Word| self.target.dictionary.is_command(word.slot);
+        let mut known = words.iter().enumerate().filter_map(|(at, word)| Some((at, (*word)?)));
+        let Some((at, first)) = known.find(|(_, word)| is_command(word)) else { return FORBIDDEN.into() };
+        let (values, _) = values.as_chunks();
+        let given = values.get(at..at + usize::from(first.count)).filter(|_| first.index == 0);
+        let raw = given.map(|given| self.target.map.joined(given));
+        self.refuse(true, first.slot, raw, FORBIDDEN)
+    }
+
+    /// Refuses values for `words`, of which the one for `word` is none of it.
+    #[cold]
+    fn misfit(&mut self, words: &[Option<Word>], word: Word, code: AbortCode) -> Exception {
+        let is_command = words.iter().flatten().any(|word| self.target.dictionary.is_command(word.slot));
+        self.refuse(is_command, word.slot, None, code)
     }
 }
 

@@ -52,8 +52,10 @@ fn registers(index: u16, registers: &[(u8, DataType, Access, u64)]) -> Object {
 fn objects() -> Vec<Object> {
     let var =
         |index, name: &str, data_type, access| Object::var(index, Entry::new(0, name, data_type, access));
-    let mut controlword = Entry::new(0, "Controlword", Unsigned16, ReadWrite);
-    controlword.command = Some(0);
+    let command = |sub, name: &str, data_type| {
+        let entry = Entry::new(sub, name, data_type, ReadWrite);
+        Entry { command: Some(0), ..entry }
+    };
     let mut limited = Entry::new(0, "Limited", Unsigned16, ReadWrite).with_value(Value::Fixed(1));
     limited.range = Some(Range::Integer { min: 1, max: 100 });
     let text = Entry::new(0, "Text", VisibleString, ReadWrite).with_value(Value::bytes(*b"axis one"));
@@ -67,17 +69,17 @@ fn objects() -> Vec<Object> {
         var(0x2104, "Switch", Boolean, ReadWrite),
         var(0x2105, "Narrow", Integer24, ReadWrite),
         Object::var(0x2106, limited),
-        Object::var(0x6040, controlword),
+        Object::var(0x6040, command(0, "Controlword", Unsigned16)),
         Object::var(
             0x6041,
             Entry::new(0, "Statusword", Unsigned16, ReadOnly).with_value(Value::Fixed(0x0216)),
         ),
-        var(0x6060, "Modes of operation", Integer8, ReadWrite),
+        Object::var(0x6060, command(0, "Modes of operation", Integer8)),
         Object::var(
             0x6064,
             Entry::new(0, "Position", Integer32, ReadOnly).with_value(Value::Fixed(0x1234_5678)),
         ),
-        var(0x607A, "Target position", Integer32, ReadWrite),
+        Object::var(0x607A, command(0, "Target position", Integer32)),
         Object::var(
             0x60FD,
             Entry::new(0, "Digital inputs", Unsigned32, ReadOnly).with_value(Value::Fixed(0x8003_0005)),
@@ -86,8 +88,7 @@ fn objects() -> Vec<Object> {
             0x60FE,
             "Digital outputs",
             vec![
-                Entry::new(1, "Physical outputs", Unsigned32, ReadWrite)
-                    .with_value(Value::Fixed(0x0005_0000)),
+                command(1, "Physical outputs", Unsigned32).with_value(Value::Fixed(0x0005_0000)),
                 Entry::new(2, "Bit mask", Unsigned32, ReadWrite),
             ],
         ),

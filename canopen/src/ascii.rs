@@ -18,7 +18,7 @@ mod value;
 mod words;
 
 pub use client::Told;
-pub use gateway::AsciiGateway;
+pub use gateway::{AsciiGateway, Outgoing};
 
 /// The longest line that a client may send, in bytes without its end: enough for 48 KiB of a domain.
 pub const LONGEST_LINE: usize = 65536;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use canopen::ascii::{AsciiGateway, LONGEST_LINE, Told};
+use canopen::ascii::{AsciiGateway, LONGEST_LINE, Outgoing, Told};
 use canopen::{Frame, Id};
 use od::Instant;
 use proptest::prelude::*;
@@ -55,7 +55,10 @@ impl Bench {
     fn output(&mut self) -> Vec<String> {
         let frames = std::iter::from_fn(|| self.gateway.poll_transmit());
         let mut output: Vec<String> = frames
-            .map(|(net, frame)| if net == NET { frame.to_string() } else { format!("{net}: {frame}") })
+            .map(|Outgoing { network, frame, .. }| match network {
+                NET => frame.to_string(),
+                net => format!("{net}: {frame}"),
+            })
             .collect();
         while let Some((client, told)) = self.gateway.poll_line() {
             let (Told::Answer(text) | Told::Event(text)) = told;
@@ -465,6 +468,39 @@ fn two_clients_share_the_lss_master() {
     assert!(bench.gateway.handle_line(bench.now, 2, b"[8] lss_switch_glob 0"));
     assert_eq!(bench.output(), [""; 0]);
     assert_eq!(bench.hear("7E4#5E05000000000000"), ["7E5#0400000000000000", "[1] 5", "2: [8] OK"]);
+}
+
+#[test]
+fn each_frame_says_for_which_client_it_is_also_if_that_had_to_wait() {
+    let mut bench = Bench::new();
+    bench.gateway.connect(2);
+    let sent = |bench: &mut Bench| {
+        let sent = std::iter::from_fn(|| bench.gateway.poll_transmit());
+        sent.map(|out| (out.client, out.frame.to_string())).collect::<Vec<_>>()
+    };
+    let by = |client, frame: &str| (Some(client), frame.to_owned());
+    let say = |bench: &mut Bench, client, line: &str| {
+        bench.gateway.handle_line(bench.now, client, line.as_bytes());
+    };
+    say(&mut bench, CLIENT, "[1] 5 start");
+    assert_eq!(sent(&mut bench), [by(CLIENT, "000#0105")]);
+    // One waits for the LSS master, and then for the SDO channel, that the other one has.
+    say(&mut bench, CLIENT, "[2] lss_set_node 5");
+    say(&mut bench, 2, "[3] lss_store");
+    assert_eq!(sent(&mut bench), [by(CLIENT, "7E5#1105000000000000")]);
+    bench.gateway.handle_frame(bench.now, NET, &parse("7E4#1100000000000000"));
+    assert_eq!(sent(&mut bench), [by(2, "7E5#1700000000000000")]);
+    bench.gateway.handle_frame(bench.now, NET, &parse("7E4#1700000000000000"));
+    say(&mut bench, 2, "[4] 5 write 0x1017 0 u16 100");
+    say(&mut bench, CLIENT, "[5] 5 read 0x1000 0 u32");
+    assert_eq!(sent(&mut bench), [by(2, "605#2B17100064000000")]);
+    bench.gateway.handle_frame(bench.now, NET, &parse("585#6017100000000000"));
+    assert_eq!(sent(&mut bench), [by(CLIENT, "605#4000100000000000")]);
+    // The heartbeat is the gateway's own.
+    say(&mut bench, 2, "[6] set id 9");
+    say(&mut bench, 2, "[7] set heartbeat 100");
+    bench.gateway.handle_timeout(bench.now);
+    assert_eq!(sent(&mut bench), [(None, "709#05".to_owned())]);
 }
 
 proptest! {

@@ -78,8 +78,10 @@ impl Channel {
         self.client.poll_timeout()
     }
 
-    pub(super) fn poll_transmit(&mut self) -> Option<Frame> {
-        self.client.poll_transmit()
+    /// The next frame to send, and for which client.
+    pub(super) fn poll_transmit(&mut self) -> Option<(Option<u64>, Frame)> {
+        let client = self.current.map(|(ticket, _)| ticket.client);
+        self.client.poll_transmit().map(|frame| (client, frame))
     }
 
     /// What has come of the transfer, if it is over; the next one begins then.

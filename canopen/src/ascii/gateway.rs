@@ -33,7 +33,18 @@ pub struct AsciiGateway {
     clients: BTreeMap<u64, Client>,
     commands: u64,
     lines: VecDeque<(u64, Told)>,
-    frames: VecDeque<(u16, Frame)>,
+    frames: VecDeque<Outgoing>,
+}
+
+/// A frame that the gateway sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outgoing {
+    /// On which network.
+    pub network: u16,
+    /// The client whose command it is of; none if it is of the gateway itself.
+    pub client: Option<u64>,
+    /// The frame.
+    pub frame: Frame,
 }
 
 impl AsciiGateway {
@@ -127,8 +138,8 @@ impl AsciiGateway {
         networks.chain(self.clients.values().filter_map(|client| client.pending?.deadline)).min()
     }
 
-    /// The next frame to send, and on which network.
-    pub fn poll_transmit(&mut self) -> Option<(u16, Frame)> {
+    /// The next frame to send.
+    pub fn poll_transmit(&mut self) -> Option<Outgoing> {
         self.frames.pop_front()
     }
 
@@ -192,7 +203,7 @@ impl AsciiGateway {
             let is_sync = frame.id == SYNC && !frame.is_remote && frame.len() <= 1;
             for tpdo in own.tpdos.range_mut((network, 0)..=(network, u16::MAX)).map(|(_, tpdo)| tpdo) {
                 let due = if is_sync { tpdo.sync() } else { tpdo.requested(frame) };
-                self.frames.extend(due.map(|frame| (network, frame)));
+                self.frames.extend(due.map(|frame| Outgoing { network, client: Some(*client), frame }));
             }
         }
     }
@@ -215,8 +226,8 @@ impl AsciiGateway {
     /// Answers what has ended, and takes what the networks have to send.
     fn settle(&mut self, now: Instant, mut ended: Vec<(Ticket, Answer)>) {
         for (number, network) in &mut self.networks {
-            let frames = network.poll_transmit(now, &mut ended);
-            self.frames.extend(frames.into_iter().map(|frame| (*number, frame)));
+            let frames = network.poll_transmit(now, &mut ended).into_iter();
+            self.frames.extend(frames.map(|(client, frame)| Outgoing { network: *number, client, frame }));
         }
         for (ticket, answer) in ended {
             let Some(own) = self.clients.get_mut(&ticket.client) else { continue };
@@ -259,8 +270,10 @@ impl Place {
             Command::Lss(request) => {
                 return Ok(network.lss.add(now, ticket, request).map(|(_, answer)| answer));
             }
-            Command::ReadPdo(number) => return read_pdo(now, own, network, (net, number)),
-            Command::Nmt(command) => network.send(Frame::new(NMT, &[command as u8, self.node_id])),
+            Command::ReadPdo(number) => return read_pdo(now, own, network, (ticket.client, net, number)),
+            Command::Nmt(command) => {
+                network.send(ticket.client, Frame::new(NMT, &[command as u8, self.node_id]));
+            }
             Command::EnableGuarding { period, .. } if period.is_zero() => return Err(GatewayError::Syntax),
             Command::EnableGuarding { period, factor } => {
                 network.guard(now, ticket.client, self.one()?, (period, factor));
@@ -279,7 +292,7 @@ impl Place {
             Command::SetTpdo(setup) => _ = own.tpdos.insert((net, setup.number), Tpdo::new(setup)),
             Command::WritePdo { number, values } => {
                 let tpdo = own.tpdos.get_mut(&(net, number)).ok_or(GatewayError::State)?;
-                tpdo.write(&values)?.into_iter().for_each(|frame| network.send(frame));
+                tpdo.write(&values)?.into_iter().for_each(|frame| network.send(ticket.client, frame));
             }
             Command::SetNodeId(node_id) => {
                 network.set_node_id(Some(node_id).filter(|id| *id != UNCONFIGURED));
@@ -311,17 +324,18 @@ fn read_pdo(
     now: Instant,
     own: &mut Client,
     network: &mut Network,
-    place: (u16, u16),
+    (client, net, number): (u64, u16, u16),
 ) -> Result<Option<Answer>, GatewayError> {
+    let place = (net, number);
     let rpdo = own.rpdos.get(&place).ok_or(GatewayError::State)?;
     if let (Some(request), Some(pending)) = (rpdo.request(), &mut own.pending) {
         pending.awaits_pdo = Some(place);
         pending.deadline = pending.deadline.or(Some(now + PDO_TIMEOUT));
-        network.send(request);
+        network.send(client, request);
         return Ok(None);
     }
     let text = rpdo.text().ok_or(GatewayError::State)?;
-    Ok(Some(Answer::Value(format!("{} {text}", place.0))))
+    Ok(Some(Answer::Value(format!("{net} {text}"))))
 }
 
 /// Vendor-ID, product code, revision and serial number of the gateway, its class, and the versions of protocol and

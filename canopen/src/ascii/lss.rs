@@ -64,7 +64,8 @@ impl Operation {
 pub(super) struct Services {
     current: Option<Operation>,
     waiting: VecDeque<(Ticket, Lss)>,
-    frames: VecDeque<Frame>,
+    /// What is to be sent, and for which client.
+    frames: VecDeque<(u64, Frame)>,
 }
 
 type Ended = Option<(Ticket, Answer)>;
@@ -81,11 +82,12 @@ impl Services {
         self.waiting.retain(|(ticket, _)| ticket.client != client);
         let own = self.current.take_if(|operation| operation.ticket().client == client);
         if let Some(Operation::Scan { .. }) = own {
-            self.send([specifier::SWITCH_GLOBAL, 0, 0, 0, 0, 0, 0, 0]);
+            self.send(client, [specifier::SWITCH_GLOBAL, 0, 0, 0, 0, 0, 0, 0]);
         }
     }
 
-    pub(super) fn poll_transmit(&mut self) -> Option<Frame> {
+    /// The next frame to send, and for which client.
+    pub(super) fn poll_transmit(&mut self) -> Option<(u64, Frame)> {
         self.frames.pop_front()
     }
 
@@ -127,45 +129,46 @@ impl Services {
             return None;
         }
         let (ticket, request) = self.waiting.pop_front()?;
+        let client = ticket.client;
         let code = |error| Then::Code(error);
         let one = |byte: u8, argument: u8| [byte, argument, 0, 0, 0, 0, 0, 0];
         match request {
             Lss::SwitchGlobal { to_configuration } => {
-                self.send(one(specifier::SWITCH_GLOBAL, to_configuration.into()));
+                self.send(client, one(specifier::SWITCH_GLOBAL, to_configuration.into()));
                 return Some((ticket, Answer::Done));
             }
             Lss::ActivateBitRate { delay_ms } => {
                 let [low, high] = delay_ms.to_le_bytes();
-                self.send([specifier::ACTIVATE_BIT_TIMING, low, high, 0, 0, 0, 0, 0]);
+                self.send(client, [specifier::ACTIVATE_BIT_TIMING, low, high, 0, 0, 0, 0, 0]);
                 return Some((ticket, Answer::Done));
             }
             Lss::SwitchSelective(address) => self.select(now, ticket, address, Then::Done),
             Lss::SetNodeId(node_id) => {
-                self.send(one(specifier::CONFIGURE_NODE_ID, node_id));
+                self.send(client, one(specifier::CONFIGURE_NODE_ID, node_id));
                 self.expect(now, ticket, specifier::CONFIGURE_NODE_ID, code(GatewayError::LssNodeId));
             }
             Lss::SetBitRate { table, index } => {
-                self.send([specifier::CONFIGURE_BIT_TIMING, table, index, 0, 0, 0, 0, 0]);
+                self.send(client, [specifier::CONFIGURE_BIT_TIMING, table, index, 0, 0, 0, 0, 0]);
                 self.expect(now, ticket, specifier::CONFIGURE_BIT_TIMING, code(GatewayError::LssBitRate));
             }
             Lss::Store => {
-                self.send(one(specifier::STORE, 0));
+                self.send(client, one(specifier::STORE, 0));
                 self.expect(now, ticket, specifier::STORE, code(GatewayError::LssStore));
             }
             Lss::InquirePart(part) => self.inquire(now, ticket, part, Then::Part),
             Lss::InquireAddress => self.inquire(now, ticket, 0, Then::Parts(Vec::new())),
             Lss::InquireNodeId => {
-                self.send(one(specifier::INQUIRE_NODE_ID, 0));
+                self.send(client, one(specifier::INQUIRE_NODE_ID, 0));
                 self.expect(now, ticket, specifier::INQUIRE_NODE_ID, Then::NodeId);
             }
             Lss::Identify(bounds) => {
                 for (number, bound) in (specifier::IDENTIFY..).zip(bounds) {
-                    self.send(with_number(number, bound));
+                    self.send(client, with_number(number, bound));
                 }
                 self.expect(now, ticket, specifier::IDENTIFIED, Then::Done);
             }
             Lss::IdentifyUnconfigured => {
-                self.send(one(specifier::IDENTIFY_UNCONFIGURED, 0));
+                self.send(client, one(specifier::IDENTIFY_UNCONFIGURED, 0));
                 self.expect(now, ticket, specifier::UNCONFIGURED_IDENTIFIED, Then::Done);
             }
             Lss::Fastscan(window) => {
@@ -177,8 +180,8 @@ impl Services {
         None
     }
 
-    fn send(&mut self, message: [u8; 8]) {
-        self.frames.push_back(Frame::new(Id::Standard(REQUEST), &message));
+    fn send(&mut self, client: u64, message: [u8; 8]) {
+        self.frames.push_back((client, Frame::new(Id::Standard(REQUEST), &message)));
     }
 
     fn expect(&mut self, now: Instant, ticket: Ticket, expects: u8, then: Then) {
@@ -188,14 +191,14 @@ impl Services {
 
     fn select(&mut self, now: Instant, ticket: Ticket, address: LssAddress, then: Then) {
         for (number, part) in (specifier::SWITCH_SELECTIVE..).zip(address) {
-            self.send(with_number(number, part));
+            self.send(ticket.client, with_number(number, part));
         }
         self.expect(now, ticket, specifier::SWITCHED, then);
     }
 
     fn inquire(&mut self, now: Instant, ticket: Ticket, part: u8, then: Then) {
         let number = specifier::INQUIRE.saturating_add(part);
-        self.send([number, 0, 0, 0, 0, 0, 0, 0]);
+        self.send(ticket.client, [number, 0, 0, 0, 0, 0, 0, 0]);
         self.expect(now, ticket, number, then);
     }
 
@@ -235,7 +238,7 @@ impl Services {
     ) -> Ended {
         loop {
             match master.next(now, answer.take()) {
-                LssStep::Send(frame) => self.frames.push_back(frame),
+                LssStep::Send(frame) => self.frames.push_back((ticket.client, frame)),
                 LssStep::Wait(wake) => {
                     self.current = Some(Operation::Scan { ticket, master, wake });
                     return None;

@@ -68,7 +68,8 @@ pub(super) struct Network {
     watches: BTreeMap<u8, Watch>,
     node_id: Option<u8>,
     producer: Option<Producer>,
-    frames: Vec<Frame>,
+    /// What is to be sent, and for which client; none if it is for the gateway itself.
+    frames: Vec<(Option<u64>, Frame)>,
 }
 
 impl Network {
@@ -77,9 +78,9 @@ impl Network {
         self.channels.entry(node_id).or_insert_with(|| Channel::new(node_id)).add(now, job);
     }
 
-    /// Puts a frame on the network.
-    pub(super) fn send(&mut self, frame: Frame) {
-        self.frames.push(frame);
+    /// Puts a frame of a client on the network.
+    pub(super) fn send(&mut self, client: u64, frame: Frame) {
+        self.frames.push((Some(client), frame));
     }
 
     /// Makes this the Node-ID of the gateway; without one it has no heartbeat.
@@ -202,7 +203,7 @@ impl Network {
         {
             producer.next = following(producer.next, producer.period, now);
             let id = Id::Standard(ERROR_CONTROL + u16::from(node_id));
-            self.frames.push(Frame::new(id, &[NmtState::Operational as u8]));
+            self.frames.push((None, Frame::new(id, &[NmtState::Operational as u8])));
         }
         let mut events = Vec::new();
         for (node_id, watch) in &mut self.watches {
@@ -222,14 +223,19 @@ impl Network {
         channels.chain(watches).chain(own).chain(self.lss.poll_timeout()).min()
     }
 
-    /// The next frame to send; channels that nobody uses any more are forgotten.
-    pub(super) fn poll_transmit(&mut self, now: Instant, ended: &mut Vec<(Ticket, Answer)>) -> Vec<Frame> {
+    /// The frames to send, and for which client; channels that nobody uses any more are forgotten.
+    pub(super) fn poll_transmit(
+        &mut self,
+        now: Instant,
+        ended: &mut Vec<(Ticket, Answer)>,
+    ) -> Vec<(Option<u64>, Frame)> {
         let mut frames = core::mem::take(&mut self.frames);
         // What waited for an exchange that is over begins; what has no answer is over at once.
         while let Some(over) = self.lss.begin(now) {
             ended.push(over);
         }
-        frames.extend(core::iter::from_fn(|| self.lss.poll_transmit()));
+        let lss = core::iter::from_fn(|| self.lss.poll_transmit());
+        frames.extend(lss.map(|(client, frame)| (Some(client), frame)));
         for channel in self.channels.values_mut() {
             frames.extend(core::iter::from_fn(|| channel.poll_transmit()));
         }
@@ -239,7 +245,12 @@ impl Network {
 }
 
 impl Watch {
-    fn handle_timeout(&mut self, now: Instant, node_id: u8, frames: &mut Vec<Frame>) -> Option<GatewayError> {
+    fn handle_timeout(
+        &mut self,
+        now: Instant,
+        node_id: u8,
+        frames: &mut Vec<(Option<u64>, Frame)>,
+    ) -> Option<GatewayError> {
         match &mut self.kind {
             Watched::Heartbeat { .. } => {
                 let is_lost = self.deadline.take_if(|deadline| *deadline <= now).is_some();
@@ -254,7 +265,8 @@ impl Watch {
                 self.is_alive &= !is_lost;
                 *unanswered = unanswered.saturating_add(1);
                 *next = following(*next, *period, now);
-                frames.push(Frame::remote(Id::Standard(ERROR_CONTROL + u16::from(node_id)), 1));
+                let request = Frame::remote(Id::Standard(ERROR_CONTROL + u16::from(node_id)), 1);
+                frames.push((Some(self.client), request));
                 is_lost.then_some(GatewayError::GuardingLost)
             }
         }

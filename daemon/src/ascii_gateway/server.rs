@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
 
-use canopen::ascii::{AsciiGateway, Told};
+use canopen::ascii::{AsciiGateway, Outgoing, Told};
 use tokio::net::{TcpListener, TcpStream, UnixListener, UnixStream};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::{Semaphore, broadcast, mpsc};
@@ -187,8 +187,8 @@ impl Server {
 
     /// Sends what the engine has to send, and tells what it has to tell.
     async fn flush(&mut self) {
-        while let Some((number, frame)) = self.engine.poll_transmit() {
-            let bus = self.buses.get(&number).filter(|(_, frames)| frames.strong_count() > 0);
+        while let Some(Outgoing { network, frame, .. }) = self.engine.poll_transmit() {
+            let bus = self.buses.get(&network).filter(|(_, frames)| frames.strong_count() > 0);
             let Some((link, _)) = bus else { continue };
             let inbound = Inbound { link: *link, client: GATEWAY, at: self.clock.now(), frame };
             if !self.to_core.send(inbound).await {

@@ -36,7 +36,7 @@ pub use lss::LssResult;
 pub use motion::{Ended, Progress};
 pub use objects::ObjectValue;
 pub use operation::{Operation, audit_text, levels_text};
-pub use orders::{Inbox, Orders, Task, orders};
+pub use orders::{Inbox, Orders, Placed, Task, orders};
 pub use owners::{AxisOwner, Claim, owners_text};
 pub(crate) use place::directory_of_service;
 pub use place::{ControlSocket, place_of_instance, places_to_ask, places_to_serve};

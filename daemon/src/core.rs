@@ -52,7 +52,7 @@ pub use modbus::{
 pub use notices::{Counters, Notice};
 pub use ownership::NoAxis;
 pub use storage::{NodeParameters, Parameters};
-pub use trail::{Command, Who};
+pub use trail::{Command, Peer, Who};
 pub use unit::Unit;
 
 /// A link by its number in the configuration.
@@ -104,9 +104,19 @@ enum Sender {
     /// Somebody on the bus.
     Bus,
     /// An operator on this machine.
-    Operator,
+    Operator(Option<Peer>),
     /// One of our nodes.
     Member(u16),
+}
+
+impl Sender {
+    /// By which connection it came, if it came by one.
+    fn peer(self) -> Option<Peer> {
+        match self {
+            Self::Operator(peer) => peer,
+            Self::Bus | Self::Member(_) => None,
+        }
+    }
 }
 
 /// A frame on its way to our nodes.
@@ -235,7 +245,7 @@ impl Core {
 
     /// Takes a frame that an operator on this machine has sent on `link`.
     pub fn handle_own_frame(&mut self, now: Instant, link: LinkId, frame: &Frame) {
-        let passing = Passing { link, sender: Sender::Operator, frame: *frame };
+        let passing = Passing { link, sender: Sender::Operator(self.audit.peer), frame: *frame };
         put_on_wire(&mut self.wire, &mut self.dropped_on_wire, passing);
         self.pass(now);
     }
@@ -320,9 +330,11 @@ impl Core {
         hearers.clear();
         hearers.extend(others(&self.routers, passing.link, passing.frame.id, passing.sender));
         self.note_network(now, passing, &hearers);
+        let peer = core::mem::replace(&mut self.audit.peer, passing.sender.peer());
         for hearer in &hearers {
             self.hear(now, usize::from(*hearer), &passing.frame);
         }
+        self.audit.peer = peer;
         for hearer in &hearers {
             if let Some(Hearer { unit, .. }) = self.members.get(usize::from(*hearer)).copied() {
                 self.speak(now, unit);

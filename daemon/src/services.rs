@@ -4,7 +4,10 @@
 use std::io;
 use std::thread;
 
+use tokio::net::UnixStream;
 use tokio::runtime::Handle;
+
+use crate::core::Peer;
 
 /// Runs what `start` spawns, on a thread of its own, until the process ends; by the handle more can be spawned.
 ///
@@ -20,4 +23,10 @@ pub fn serve(start: impl FnOnce() -> io::Result<()>) -> io::Result<Handle> {
     let run = move || runtime.block_on(core::future::pending::<()>());
     thread::Builder::new().name("services".to_owned()).spawn(run)?;
     Ok(handle)
+}
+
+/// Who is at the other end of a Unix socket (`SO_PEERCRED`, unix(7)): what it was when it connected.
+pub(crate) fn peer(stream: &UnixStream) -> Option<Peer> {
+    let credentials = stream.peer_cred().ok()?;
+    Some(Peer::Process { uid: credentials.uid(), pid: credentials.pid().filter(|pid| *pid > 0) })
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use canopen::{NetworkOrder, NmtCommand};
 use common::gateway::{Gateway, peer};
 use common::{Bench, LINK};
-use daemon::core::{Again, AuditEntry, Item, LinkId, What, Who};
+use daemon::core::{Again, AuditEntry, Authority, Item, LinkId, Peer, What, Who};
 use daemon::motion::Goal;
 use od::{AbortCode, Address, Bus, Owner};
 use profiles::{PlantFault, Profile, Repair, Signal};
@@ -264,6 +264,39 @@ fn what_an_operator_orders_is_kept_whatever_comes_of_it() {
         (None, What::Network(LINK, start)),
     ];
     assert_eq!(told, expected);
+}
+
+#[test]
+fn whoever_is_on_this_machine_is_kept_with_each_order_and_a_flood_of_one_user_is_two_entries() {
+    let mut bench = bench("cia402-servo");
+    let by = |uid, pid| Some(Peer::Process { uid, pid: Some(pid) });
+    let (now, controlword) = (bench.now, Address::new(0x6040, 0));
+    let write = |bench: &mut Bench, value: u8| {
+        let write = [(controlword, vec![value, 0])];
+        bench.core.write(now, 0, 0, &write, Authority::Owner).is_ok()
+    };
+    bench.core.act_for(by(1000, 7));
+    assert!(write(&mut bench, 6));
+    bench.core.note_motion(now, 0, 0, Goal::Stop);
+    bench.core.handle_own_frame(now, LINK, &common::parse("000#0101"));
+    bench.core.claim(now, 0, 0, Owner { bus: Bus::Modbus, link: None }).unwrap();
+    bench.core.act_for(None);
+    bench.send("601#2B40600006000000");
+    let told: Vec<_> = entries(&mut bench).into_iter().map(|entry| (entry.who, entry.peer)).collect();
+    let local = (Who::Local, by(1000, 7));
+    assert_eq!(told, [local, local, local, local, (Who::CanOpen(LINK), None)]);
+    // It belongs to Modbus now. Each try is a process of its own, and another user tries, too.
+    for pid in 8..20 {
+        bench.core.act_for(by(1000, pid));
+        assert!(!write(&mut bench, 7));
+    }
+    bench.core.act_for(by(0, 20));
+    assert!(!write(&mut bench, 7));
+    bench.core.act_for(None);
+    bench.run(Duration::from_secs(3));
+    let told: Vec<_> =
+        entries(&mut bench).into_iter().map(|entry| (entry.peer, entry.again.map(|a| a.times))).collect();
+    assert_eq!(told, [(by(1000, 8), None), (by(0, 20), None), (by(1000, 19), Some(11))]);
 }
 
 #[test]

@@ -40,6 +40,7 @@ fn a_disk_that_takes_nothing_costs_entries_and_the_trail_tells_how_many() {
         at: clock.now(),
         device: Some(0),
         who: Who::Local,
+        peer: None,
         what: What::Write(Item { node_id: None, address: Address::new(0x6040, 0), value: Some(value) }),
         again: None,
     };
@@ -69,6 +70,7 @@ fn entries_are_told_of_the_device_that_was_there_and_a_reload_stands_between_the
         at: clock.now(),
         device: Some(0),
         who: Who::CanOpen(LinkId(1)),
+        peer: None,
         what: What::Write(Item { node_id: Some(1), address: Address::new(0x6040, 0), value: Some(value) }),
         again: None,
     };

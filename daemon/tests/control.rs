@@ -13,10 +13,10 @@ use std::time::Duration;
 use daemon::alarm::Alarm;
 use daemon::clock::Clock;
 use daemon::control::{
-    AxisFaults, AxisOwner, Claim, ControlSocket, Errand, Inbox, Operation, Order, Outcome, Publisher,
+    AxisFaults, AxisOwner, Claim, ControlSocket, Errand, Inbox, Operation, Order, Outcome, Placed, Publisher,
     Response, Task, ToCore, Watched, board, orders, serve,
 };
-use daemon::core::LinkId;
+use daemon::core::{LinkId, Peer};
 use daemon::services;
 use daemon::status::Status;
 use od::Instant;
@@ -76,14 +76,18 @@ impl Server {
         Client::connect(&self.directory.socket())
     }
 
-    /// The next errand that reaches the core.
-    fn errand(&mut self) -> Errand {
+    /// The next order that reaches the core.
+    fn placed(&mut self) -> Placed {
         loop {
             match self.inbox.poll() {
-                Some(errand) => return errand,
+                Some(placed) => return placed,
                 None => thread::yield_now(),
             }
         }
+    }
+
+    fn errand(&mut self) -> Errand {
+        self.placed().errand
     }
 
     /// The next order that reaches the core and concerns faults.
@@ -260,6 +264,17 @@ fn a_claim_reaches_the_core_and_the_owners_come_back() {
     assert_eq!(client.hear(), "{\"error\":\"no device `x`\"}\n");
 
     assert!(client.refused("{\"request\":\"claim\",\"device\":\"x\"}").contains("missing field `for`"));
+}
+
+#[test]
+fn an_order_reaches_the_core_with_the_process_that_gave_it() {
+    let mut server = Server::start();
+    let (uid, pid) = (nix::unistd::geteuid().as_raw(), nix::unistd::getpid().as_raw());
+    for request in ["\"fault-list\"", "\"nmt\",\"target\":\"1\",\"command\":\"start\"", "\"stop\""] {
+        let mut client = server.client();
+        client.say(&format!("{{\"request\":{request}}}\n"));
+        assert_eq!(server.placed().by, Some(Peer::Process { uid, pid: Some(pid) }), "{request}");
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::os::unix::fs::MetadataExt;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -221,7 +222,9 @@ fn axisctl_changes_the_log_at_run_time_and_shows_the_trail() {
     wait_until("two entries", || trail().lines().count() == 3);
     assert!(trail().contains("0x6040:00 Controlword") && trail().contains("start, all nodes"), "{}", trail());
     assert!(ask(&["stop", "x"]).0);
-    wait_until("the stop", || trail().lines().any(|line| line.contains("  stop")));
+    let own = fs::metadata("/proc/self").expect("this runs").uid();
+    let is_stop = |line: &str| line.contains("  stop") && line.contains(&format!("  uid {own}  "));
+    wait_until("the stop, and who gave it", || trail().lines().any(is_stop));
     daemon.terminate();
     daemon.logged("stopped");
     assert!(!daemon.printed().contains("x: OPERATIONAL"), "{}", daemon.printed());

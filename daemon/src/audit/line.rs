@@ -10,7 +10,7 @@ use profiles::Profile;
 use serde::Serialize;
 
 use super::words;
-use crate::core::{AuditEntry, Item, LinkId, What, Who};
+use crate::core::{AuditEntry, Item, LinkId, Peer, What, Who};
 use crate::reload::Report;
 use crate::status::owner_name;
 
@@ -98,6 +98,10 @@ struct By<'n> {
     node_id: Option<u8>,
     #[serde(skip_serializing_if = "Option::is_none")]
     client: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uid: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pid: Option<i32>,
 }
 
 impl<'n> Line<'n> {
@@ -226,11 +230,15 @@ impl<'n> Line<'n> {
 }
 
 fn by<'n>(entry: &AuditEntry, names: &'n Names) -> By<'n> {
-    match entry.who {
+    let by = match entry.who {
         Who::CanOpen(link) => By { kind: "canopen", bus: bus_name(names, link), ..By::default() },
         Who::Modbus(peer) => By { kind: "modbus", client: Some(peer.to_string()), ..By::default() },
         Who::ModbusGone => By { kind: "modbus", ..By::default() },
         Who::Local => By { kind: "local", ..By::default() },
+    };
+    match entry.peer {
+        Some(Peer::Process { uid, pid }) => By { uid: Some(uid), pid, ..by },
+        None => by,
     }
 }
 
@@ -254,7 +262,8 @@ mod tests {
 
     fn text(who: Who, what: What, again: Option<Again>) -> String {
         let at = Instant::ZERO + Duration::from_micros(1_500_000);
-        let entry = AuditEntry { at, device: Some(0), who, what, again };
+        let peer = None;
+        let entry = AuditEntry { at, device: Some(0), who, peer, what, again };
         Line::of(&entry, &names(), Duration::from_micros(1_700_000_000_000_001)).text().unwrap()
     }
 
@@ -285,6 +294,16 @@ mod tests {
         let text = text(Who::Modbus(MODBUS.parse().unwrap()), refused, Some(again));
         let expected = r#""event":"refused","device":"x","axis":1,"by":{"kind":"modbus","client":"10.0.0.5:40112"},"object":"0x607A:00","name":"Target position","value":-5,"code":"0x08000022","reason":"data cannot be transferred or stored because of the present device state","times":9,"lasted_s":0.5}"#;
         assert!(text.ends_with(expected), "{text}");
+    }
+
+    #[test]
+    fn an_operator_is_told_with_the_process_that_asked() {
+        let peer = Some(Peer::Process { uid: 1000, pid: Some(4242) });
+        let what = What::Motion(0, Goal::Stop);
+        let entry =
+            AuditEntry { at: Instant::ZERO, device: Some(0), who: Who::Local, peer, what, again: None };
+        let text = Line::of(&entry, &names(), Duration::ZERO).text().unwrap();
+        assert!(text.ends_with(r#""axis":1,"by":{"kind":"local","uid":1000,"pid":4242}}"#), "{text}");
     }
 
     #[test]

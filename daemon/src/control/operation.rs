@@ -72,13 +72,11 @@ pub fn audit_text(entries: &[Value]) -> String {
     const HEAD: [&str; 7] = ["TIME", "BY", "DEVICE", ">AXIS", "EVENT", "WHAT", ">VALUE"];
     let row = |entry: &Value| {
         let part = |key: &str| told(&entry[key]);
-        let by = &entry["by"];
-        let who = [&by["bus"], &by["client"], &by["kind"]].into_iter().find(|who| who.is_string());
         let value = if entry["lost"].is_null() { part("value") } else { format!("{} lost", part("lost")) };
         let more = entry["times"].as_u64().map(|times| format!(", {times} more")).unwrap_or_default();
         [
             part("time"),
-            told(who.unwrap_or(&Value::Null)),
+            who(&entry["by"]),
             part("device"),
             part("axis"),
             part("event") + &more,
@@ -87,6 +85,14 @@ pub fn audit_text(entries: &[Value]) -> String {
         ]
     };
     table(&HEAD, &entries.iter().map(row).collect::<Vec<_>>())
+}
+
+/// The bus, and who is known behind it; the kind if that is all.
+fn who(by: &Value) -> String {
+    let user = by["uid"].as_u64().map(|uid| format!("uid {uid}"));
+    let parts = [told(&by["bus"]), told(&by["client"]), user.unwrap_or_default()];
+    let known: Vec<&str> = parts.iter().map(String::as_str).filter(|part| !part.is_empty()).collect();
+    if known.is_empty() { told(&by["kind"]) } else { known.join(", ") }
 }
 
 /// The order and the node that it is for, the object and why it was refused, or what a reload has changed.
@@ -124,18 +130,18 @@ mod tests {
             r#"{"time":"T1","event":"write","device":"x","axis":1,"by":{"kind":"canopen","bus":"can0","node_id":1},"object":"0x6040:00","name":"Controlword","value":6}"#,
             r#"{"time":"T2","event":"lost","lost":3}"#,
             r#"{"time":"T3","event":"nmt","by":{"kind":"local"},"bus":"can0","node_id":0,"order":"start"}"#,
-            r#"{"time":"T4","event":"move","device":"x","axis":1,"by":{"kind":"local"},"order":"9 --relative"}"#,
+            r#"{"time":"T4","event":"move","device":"x","axis":1,"by":{"kind":"local","uid":1000,"pid":7},"order":"9 --relative"}"#,
             r#"{"time":"T5","event":"refused","device":"x","axis":1,"by":{"kind":"modbus","client":"C"},"object":"0x6040:00","name":"Controlword","value":6,"code":"0x08000022","reason":"state","times":7,"lasted_s":1.0}"#,
         ];
         let entries: Vec<Value> = entries.iter().map(|entry| serde_json::from_str(entry).unwrap()).collect();
         assert_eq!(
             audit_text(&entries),
-            "TIME  BY     DEVICE  AXIS  EVENT            WHAT                           VALUE\n\
-             T1    can0   x          1  write            0x6040:00 Controlword              6\n\
-             T2                         lost                                           3 lost\n\
-             T3    local                nmt              start, all nodes\n\
-             T4    local  x          1  move             9 --relative\n\
-             T5    C      x          1  refused, 7 more  0x6040:00 Controlword: state       6\n"
+            "TIME  BY        DEVICE  AXIS  EVENT            WHAT                           VALUE\n\
+             T1    can0      x          1  write            0x6040:00 Controlword              6\n\
+             T2                            lost                                           3 lost\n\
+             T3    local                   nmt              start, all nodes\n\
+             T4    uid 1000  x          1  move             9 --relative\n\
+             T5    C         x          1  refused, 7 more  0x6040:00 Controlword: state       6\n"
         );
     }
 }

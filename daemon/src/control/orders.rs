@@ -11,6 +11,7 @@ use tokio::time::timeout;
 
 use super::errand::Errand;
 use crate::alarm::Bell;
+use crate::core::Peer;
 
 /// Orders that may wait.
 const CAPACITY: usize = 16;
@@ -19,7 +20,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The core's end.
 #[derive(Debug)]
-pub struct Inbox(mpsc::Receiver<Errand>);
+pub struct Inbox(mpsc::Receiver<Placed>);
 
 /// An order whose outcome somebody waits for.
 #[derive(Debug)]
@@ -29,23 +30,33 @@ pub struct Task<O, T> {
     outcome: oneshot::Sender<T>,
 }
 
+/// An order that has reached the core.
+#[derive(Debug)]
+pub struct Placed {
+    /// Who is at the other end of the connection that it came by.
+    pub by: Option<Peer>,
+    /// The order.
+    pub errand: Errand,
+}
+
 /// The end of whoever orders.
 #[derive(Clone, Debug)]
 pub struct Orders {
-    errands: mpsc::Sender<Errand>,
+    placed: mpsc::Sender<Placed>,
     bell: Bell,
+    by: Option<Peer>,
 }
 
 /// Both ends; `bell` wakes the core.
 #[must_use]
 pub fn orders(bell: Bell) -> (Inbox, Orders) {
-    let (errands, inbox) = mpsc::channel(CAPACITY);
-    (Inbox(inbox), Orders { errands, bell })
+    let (placed, inbox) = mpsc::channel(CAPACITY);
+    (Inbox(inbox), Orders { placed, bell, by: None })
 }
 
 impl Inbox {
     /// The next order, if there is one.
-    pub fn poll(&mut self) -> Option<Errand> {
+    pub fn poll(&mut self) -> Option<Placed> {
         // Nobody to order anything any more is as good as no order.
         self.0.try_recv().ok()
     }
@@ -60,6 +71,12 @@ impl<O, T> Task<O, T> {
 }
 
 impl Orders {
+    /// The same for whoever is at the other end of a connection.
+    #[must_use]
+    pub fn of(self, by: Option<Peer>) -> Self {
+        Self { by, ..self }
+    }
+
     /// What comes of `order`, which is of the given kind.
     ///
     /// # Errors
@@ -67,7 +84,7 @@ impl Orders {
     pub async fn place<O, T>(&self, kind: fn(Task<O, T>) -> Errand, order: O) -> Result<T, String> {
         let (outcome, answer) = oneshot::channel();
         let no_answer = || Err("the core does not answer".to_owned());
-        match self.errands.try_send(kind(Task { order, outcome })) {
+        match self.placed.try_send(Placed { by: self.by, errand: kind(Task { order, outcome }) }) {
             Ok(()) => self.bell.ring(),
             Err(TrySendError::Full(_)) => return Err("too many orders wait".to_owned()),
             Err(TrySendError::Closed(_)) => return no_answer(),

@@ -16,6 +16,7 @@ use super::objects::Objects;
 use super::request::{NMT_COMMANDS, PROTOCOL, Version};
 use super::{Claim, Operation, Order, Orders, Reader, Request, Response, SignalOrder, lss, motion, traffic};
 use crate::clock::Clock;
+use crate::services;
 
 /// Clients at the same time.
 const MAX_CLIENTS: usize = 16;
@@ -61,7 +62,8 @@ async fn accept(listener: UnixListener, to_core: ToCore) {
             let _ = say(&mut stream, &Response::Error("too many clients".to_owned())).await;
             continue;
         };
-        let to_core = to_core.clone();
+        let mut to_core = to_core.clone();
+        to_core.orders = to_core.orders.of(services::peer(&stream));
         tokio::spawn(async move {
             // However a connection ends, it is over.
             let _ = talk(stream, to_core).await;

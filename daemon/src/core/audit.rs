@@ -15,7 +15,7 @@ use canopen::NetworkOrder;
 use od::{AbortCode, Address, Commanded, Instant, Owner, Slot};
 use profiles::{Binding, PlantFault, Profile, Repair, Role, Signal};
 
-use super::trail::Who;
+use super::trail::{Peer, Who};
 use super::{Core, LinkId};
 use crate::motion::Goal;
 use runs::Runs;
@@ -32,6 +32,8 @@ pub struct AuditEntry {
     pub device: Option<usize>,
     /// Who did it.
     pub who: Who,
+    /// By which connection it came, if it came by one and was no cyclic data.
+    pub peer: Option<Peer>,
     /// What it is.
     pub what: What,
     /// How often it happened since it was first told, if this ends a row of equal entries.
@@ -92,6 +94,8 @@ pub enum What {
 pub(super) struct Audit {
     /// For each device the entries that say what it does and not where to; none while nothing is kept.
     modes: Option<Vec<Vec<Slot>>>,
+    /// Who is at the other end of the connection that what happens now comes by.
+    pub(super) peer: Option<Peer>,
     entries: VecDeque<AuditEntry>,
     /// Streams of set-points.
     streams: Runs,
@@ -117,9 +121,9 @@ impl Audit {
     ) {
         let Some(modes) = &self.modes else { return };
         let is_mode = modes.get(device).is_some_and(|modes| modes.contains(&commanded.slot));
-        let entry = |what| AuditEntry { at, device: Some(device), who, what, again: None };
+        let entry = |what| AuditEntry { at, device: Some(device), who, peer: None, what, again: None };
         match (commanded.is_cyclic, is_mode) {
-            (false, _) => self.keep(entry(What::Write(item))),
+            (false, _) => self.keep(AuditEntry { peer: self.peer, ..entry(What::Write(item)) }),
             (true, true) if commanded.has_changed => self.keep(entry(What::Change(item))),
             (true, true) => {}
             (true, false) => self.stream(entry(What::StreamStart(item)), item),
@@ -208,6 +212,12 @@ impl Core {
     pub fn keep_audit(&mut self) {
         self.audit.modes = Some(Vec::new());
         self.units.iter().for_each(|(device, unit)| self.audit.join(device, unit.device.profile()));
+    }
+
+    /// Whatever somebody on this machine does from now on comes by a connection to `peer`, until that is somebody else or
+    /// nobody.
+    pub fn act_for(&mut self, peer: Option<Peer>) {
+        self.audit.peer = peer;
     }
 
     /// Ends what streams of set-points a device was given and what it refused again and again, so that all there is to be

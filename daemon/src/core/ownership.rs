@@ -85,7 +85,8 @@ impl Core {
         while let Some(refused) = device.dictionary_mut().take_refused() {
             let Some(item) = item(device, refused.origin, refused.slot, refused.raw) else { continue };
             let (who, what) = (who(modbus, refused.origin), What::Refused(item, refused.code));
-            audit.note(AuditEntry { at: now, device: Some(unit), who, what, again: None });
+            let (device, peer) = (Some(unit), audit.peer);
+            audit.note(AuditEntry { at: now, device, who, peer, what, again: None });
         }
     }
 }

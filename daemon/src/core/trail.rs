@@ -22,6 +22,26 @@ pub enum Who {
     Local,
 }
 
+/// Who is at the other end of a connection to this daemon, as the kernel tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Peer {
+    /// A process on this machine.
+    Process {
+        /// The user that it ran as when it connected.
+        uid: u32,
+        /// Its number, unless it cannot be seen from here.
+        pid: Option<i32>,
+    },
+}
+
+impl Peer {
+    /// Whether it is the same one, also if it has connected again meanwhile.
+    pub(super) fn is(self, other: Self) -> bool {
+        let (Self::Process { uid, .. }, Self::Process { uid: other, .. }) = (self, other);
+        uid == other
+    }
+}
+
 /// A command, given once or again and again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {

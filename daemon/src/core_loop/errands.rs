@@ -7,8 +7,8 @@ use od::{AbortCode, Address, Instant};
 
 use super::{CoreLoop, link_id};
 use crate::control::{
-    Commanded, Described, Errand, Inbox, NmtOrder, NodePlace, ObjectError, ObjectOrder, ObjectTask, Target,
-    Watched, find_device,
+    Commanded, Described, Errand, Inbox, NmtOrder, NodePlace, ObjectError, ObjectOrder, ObjectTask, Placed,
+    Target, Watched, find_device,
 };
 use crate::core::{LinkId, WriteRefused};
 use crate::dump::Known;
@@ -29,9 +29,11 @@ impl CoreLoop {
     /// Does what is ordered by the control socket. Whether there may be more.
     pub(super) fn carry_out_errands(&mut self, now: Instant) -> bool {
         for _ in 0..BATCH {
-            let Some(errand) = self.inbox.as_mut().and_then(Inbox::poll) else { return false };
+            let Some(Placed { by, errand }) = self.inbox.as_mut().and_then(Inbox::poll) else { return false };
             self.attentive_until = now + ATTENTION;
+            self.core.act_for(by);
             self.carry_out(now, errand);
+            self.core.act_for(None);
             self.transmit(now);
         }
         true

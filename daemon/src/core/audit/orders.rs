@@ -47,7 +47,8 @@ impl Core {
     }
 
     fn note_order(&mut self, at: Instant, device: usize, what: What) {
-        self.audit.note(AuditEntry { at, device: Some(device), who: Who::Local, what, again: None });
+        let (device, who, peer) = (Some(device), Who::Local, self.audit.peer);
+        self.audit.note(AuditEntry { at, device, who, peer, what, again: None });
     }
 
     /// Takes note of a frame that these nodes are about to hear, if it is an order. Those of others that change nothing
@@ -64,18 +65,13 @@ impl Core {
         });
         let (first, second) = (obeying.next(), obeying.next());
         let who = match passing.sender {
-            Sender::Operator => Who::Local,
+            Sender::Operator(_) => Who::Local,
             Sender::Bus if first.is_some() => Who::CanOpen(passing.link),
             // Our nodes are no masters.
             Sender::Bus | Sender::Member(_) => return,
         };
         let device = first.filter(|_| second.is_none());
-        self.audit.note(AuditEntry {
-            at,
-            device,
-            who,
-            what: What::Network(passing.link, order),
-            again: None,
-        });
+        let what = What::Network(passing.link, order);
+        self.audit.note(AuditEntry { at, device, who, peer: passing.sender.peer(), what, again: None });
     }
 }

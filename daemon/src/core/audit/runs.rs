@@ -6,7 +6,7 @@ use core::time::Duration;
 use od::Instant;
 
 use super::{Again, AuditEntry, What};
-use crate::core::Who;
+use crate::core::{Peer, Who};
 
 /// A row is over when nothing came for so long.
 pub(super) const GAP: Duration = Duration::from_secs(1);
@@ -107,7 +107,9 @@ impl Run {
 }
 
 fn is_alike(one: &AuditEntry, other: &AuditEntry) -> bool {
-    (one.device, is_one(one.who, other.who)) == (other.device, true)
+    one.device == other.device
+        && is_one(one.who, other.who)
+        && is_one_peer(one.peer, other.peer)
         && match (&one.what, &other.what) {
             (What::Refused(one, because), What::Refused(other, why)) => {
                 (one.node_id, one.address, because) == (other.node_id, other.address, why)
@@ -123,6 +125,13 @@ fn is_alike(one: &AuditEntry, other: &AuditEntry) -> bool {
 fn is_one(one: Who, other: Who) -> bool {
     match (one, other) {
         (Who::Modbus(one), Who::Modbus(other)) => one.ip() == other.ip(),
+        (one, other) => one == other,
+    }
+}
+
+fn is_one_peer(one: Option<Peer>, other: Option<Peer>) -> bool {
+    match (one, other) {
+        (Some(one), Some(other)) => one.is(other),
         (one, other) => one == other,
     }
 }

@@ -100,12 +100,16 @@ struct Hearer {
 
 /// Who has sent a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Sender {
+pub enum Sender {
     /// Somebody on the bus.
     Bus,
+    /// A client of socketcand, who is as good as on the bus.
+    Client(Peer),
+    /// A client of the ASCII gateway, who has it sent by us.
+    Gateway(Option<Peer>),
     /// An operator on this machine.
     Operator(Option<Peer>),
-    /// One of our nodes.
+    /// One of our nodes, by its number in the routers.
     Member(u16),
 }
 
@@ -113,7 +117,8 @@ impl Sender {
     /// By which connection it came, if it came by one.
     fn peer(self) -> Option<Peer> {
         match self {
-            Self::Operator(peer) => peer,
+            Self::Client(peer) => Some(peer),
+            Self::Gateway(peer) | Self::Operator(peer) => peer,
             Self::Bus | Self::Member(_) => None,
         }
     }
@@ -238,16 +243,19 @@ impl Core {
 
     /// Takes a frame that came in on `link`.
     pub fn handle_frame(&mut self, now: Instant, link: LinkId, frame: &Frame) {
-        let passing = Passing { link, sender: Sender::Bus, frame: *frame };
+        self.handle_frame_of(now, link, Sender::Bus, frame);
+    }
+
+    /// Takes a frame that somebody else than one of our nodes has sent on `link`.
+    pub fn handle_frame_of(&mut self, now: Instant, link: LinkId, sender: Sender, frame: &Frame) {
+        let passing = Passing { link, sender, frame: *frame };
         put_on_wire(&mut self.wire, &mut self.dropped_on_wire, passing);
         self.pass(now);
     }
 
     /// Takes a frame that an operator on this machine has sent on `link`.
     pub fn handle_own_frame(&mut self, now: Instant, link: LinkId, frame: &Frame) {
-        let passing = Passing { link, sender: Sender::Operator(self.audit.peer), frame: *frame };
-        put_on_wire(&mut self.wire, &mut self.dropped_on_wire, passing);
-        self.pass(now);
+        self.handle_frame_of(now, link, Sender::Operator(self.audit.peer), frame);
     }
 
     /// Does what is due at `now`.

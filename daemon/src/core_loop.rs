@@ -267,12 +267,14 @@ impl CoreLoop {
     /// Puts frames of clients on their buses. Whether there may be more.
     fn take_from_clients(&mut self, now: Instant) -> bool {
         for _ in 0..CLIENT_BATCH {
-            let Ok(Inbound { link, client, at, frame }) = self.clients.try_recv() else { return false };
+            let Ok(Inbound { link, client, sender, at, frame }) = self.clients.try_recv() else {
+                return false;
+            };
             self.times.arrived(at);
             if let Some(link) = self.links.get_mut(usize::from(link.0)) {
                 link.pass_on(now, client, &frame);
             }
-            self.core.handle_frame(now, link, &frame);
+            self.core.handle_frame_of(now, link, sender, &frame);
         }
         true
     }

@@ -13,7 +13,7 @@ use od::Instant;
 use tokio::sync::{broadcast, mpsc, watch};
 
 use crate::alarm::Bell;
-use crate::core::LinkId;
+use crate::core::{LinkId, Sender};
 
 pub use server::serve;
 
@@ -38,8 +38,10 @@ pub struct Passed {
 pub struct Inbound {
     /// The bus.
     pub link: LinkId,
-    /// The client.
+    /// The number of the client, who does not hear it.
     pub client: u64,
+    /// Who that is.
+    pub sender: Sender,
     /// When it came.
     pub at: Instant,
     /// The frame.

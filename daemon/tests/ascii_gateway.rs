@@ -9,7 +9,7 @@ use canopen::{Frame, Id};
 use daemon::alarm::Alarm;
 use daemon::ascii_gateway::{Listener, Listening, serve};
 use daemon::clock::Clock;
-use daemon::core::LinkId;
+use daemon::core::{LinkId, Peer, Sender};
 use daemon::services;
 use daemon::socketcand::{Bus, Inbound, Passed, ToCore};
 use tokio::sync::mpsc;
@@ -97,6 +97,19 @@ fn lines_end_with_or_without_a_carriage_return_and_may_come_ahead() {
     assert_eq!(client.line(), "[2] OK\r\n");
     let sent = [server.inbound.blocking_recv().unwrap(), server.inbound.blocking_recv().unwrap()];
     assert_eq!(sent.map(|inbound| inbound.frame.to_string()), ["000#0105", "000#0106"]);
+}
+
+#[test]
+fn what_is_sent_for_a_client_has_its_address() {
+    let mut server = Server::start();
+    let mut clients = [server.client(), server.client()];
+    let orders = ["[1] 5 start\n", "[2] lss_switch_glob 1\n", "[3] 5 preop\n"];
+    for (client, order) in [0, 1, 0].into_iter().zip(orders) {
+        let address = clients[client].0.get_ref().local_addr().unwrap();
+        assert!(clients[client].ask(order).ends_with("OK\r\n"));
+        let inbound = server.inbound.blocking_recv().unwrap();
+        assert_eq!(inbound.sender, Sender::Gateway(Some(Peer::Address(address))), "{}", inbound.frame);
+    }
 }
 
 #[test]

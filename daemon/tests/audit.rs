@@ -8,7 +8,7 @@ use std::time::Duration;
 use canopen::{NetworkOrder, NmtCommand};
 use common::gateway::{Gateway, peer};
 use common::{Bench, LINK};
-use daemon::core::{Again, AuditEntry, Authority, Item, LinkId, Peer, What, Who};
+use daemon::core::{Again, AuditEntry, Authority, Item, LinkId, Peer, Sender, What, Who};
 use daemon::motion::Goal;
 use od::{AbortCode, Address, Bus, Owner};
 use profiles::{PlantFault, Profile, Repair, Signal};
@@ -297,6 +297,57 @@ fn whoever_is_on_this_machine_is_kept_with_each_order_and_a_flood_of_one_user_is
     let told: Vec<_> =
         entries(&mut bench).into_iter().map(|entry| (entry.peer, entry.again.map(|a| a.times))).collect();
     assert_eq!(told, [(by(1000, 8), None), (by(0, 20), None), (by(1000, 19), Some(11))]);
+}
+
+#[test]
+fn what_a_client_of_the_ascii_gateway_orders_is_kept_with_its_address_whoever_obeys() {
+    let mut bench = bench("cia402-servo");
+    bench.send("000#0101");
+    entries(&mut bench);
+    let client = |port| Peer::Address(([10, 0, 0, 7], port).into());
+    let send = |bench: &mut Bench, sender, frame: &str| {
+        bench.core.handle_frame_of(bench.now, LINK, sender, &common::parse(frame));
+    };
+    let gateway = Sender::Gateway(Some(client(4000)));
+    // Ours, one of somebody else's; LSS to both of ours; SDO; controlword and target by RPDO 3, which are cyclic.
+    for frame in ["000#0202", "000#0163", "7E5#0401000000000000", "7E5#1107000000000000"] {
+        send(&mut bench, gateway, frame);
+    }
+    send(&mut bench, gateway, "601#2B40600006000000");
+    send(&mut bench, gateway, "401#070005000000");
+    let nmt = |command, node_id| What::Network(LINK, NetworkOrder::Nmt { command, node_id });
+    let told: Vec<_> = entries(&mut bench).into_iter().map(|e| (e.who, e.device, e.what, e.peer)).collect();
+    let (bus, by) = (Who::CanOpen(LINK), Some(client(4000)));
+    let expected = [
+        (bus, Some(1), nmt(NmtCommand::Stop, 2), by),
+        (bus, None, nmt(NmtCommand::Start, 99), by),
+        (bus, None, What::Network(LINK, NetworkOrder::LssNodeId(7)), by),
+        (bus, Some(0), What::Write(item(1, 0x6040, 0, 6)), by),
+        (bus, Some(0), What::Change(item(1, 0x6040, 0, 7)), None),
+        (bus, Some(0), What::StreamStart(item(1, 0x607A, 0, 5)), None),
+    ];
+    assert_eq!(told, expected);
+    // A client of socketcand is on the bus: what nobody here obeys is not kept of it. Nor of the gateway's own frames.
+    for (sender, kept) in [(Sender::Client(client(4001)), 0), (Sender::Bus, 0), (Sender::Gateway(None), 1)] {
+        send(&mut bench, sender, "000#0162");
+        assert_eq!(entries(&mut bench).len(), kept, "{sender:?}");
+    }
+    send(&mut bench, Sender::Client(client(4001)), "000#0102");
+    assert_eq!(entries(&mut bench)[0].peer, Some(client(4001)));
+}
+
+#[test]
+fn a_flood_of_one_client_is_two_entries_however_often_it_connects() {
+    let mut bench = bench("cia402-servo");
+    for port in 1000..1100 {
+        let client = Sender::Gateway(Some(Peer::Address(([10, 0, 0, 7], port).into())));
+        bench.core.handle_frame_of(bench.now, LINK, client, &common::parse("000#0163"));
+    }
+    let other = Sender::Gateway(Some(Peer::Address(([10, 0, 0, 8], 1000).into())));
+    bench.core.handle_frame_of(bench.now, LINK, other, &common::parse("000#0163"));
+    bench.run(Duration::from_secs(3));
+    let times: Vec<_> = kept(&mut bench).into_iter().map(|(_, _, again)| again.map(|a| a.times)).collect();
+    assert_eq!(times, [None, None, Some(99)]);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use canopen::{Frame, Id};
 use daemon::alarm::Alarm;
 use daemon::clock::Clock;
-use daemon::core::LinkId;
+use daemon::core::{LinkId, Peer, Sender};
 use daemon::services;
 use daemon::socketcand::{Bus, Inbound, Listening, Passed, Port, ToCore, listen, serve};
 use tokio::sync::{broadcast, mpsc};
@@ -100,6 +100,16 @@ impl Client {
 
 fn frame(id: u16, payload: &[u8]) -> Frame {
     Frame::new(Id::Standard(id), payload)
+}
+
+#[test]
+fn a_frame_reaches_the_core_with_the_address_of_its_client() {
+    let mut server = Server::start();
+    for mut client in [server.raw_client("can0"), server.raw_client("can1")] {
+        client.say("< send 123 0 >");
+        let address = client.0.local_addr().unwrap();
+        assert_eq!(server.pass().sender, Sender::Client(Peer::Address(address)));
+    }
 }
 
 #[test]

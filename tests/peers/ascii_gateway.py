@@ -122,6 +122,8 @@ def networks(first, third):
     assert first.ask("2 5 r 0x1000 0 x32") == "0x00020192"
     assert third.ask("5 r 0x1000 0 x32") == "0x00020192"
     assert third.ask("1 5 start") == "ERROR:106 #unsupported net"
+    # Nobody has this Node-ID.
+    assert third.ask("99 start") == "OK"
 
 
 def main():

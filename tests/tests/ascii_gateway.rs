@@ -1,7 +1,10 @@
 //! The ASCII gateway (CiA 309-3), asked by plain sockets.
 
+use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::{Ipv4Addr, TcpStream};
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
 
 use tests::{Daemon, PATIENCE, TempDir, free_port, run_peer};
 
@@ -27,7 +30,9 @@ fn config(port: u16, path: &str) -> String {
 fn clients_use_networks_by_lines_of_text() {
     let (port, dir) = (free_port(), TempDir::new());
     let path = dir.path().join("gateway").display().to_string();
-    let mut daemon = Daemon::start(&config(port, &path));
+    let trail = dir.path().join("audit");
+    let config = format!("[audit]\npath = \"{}\"\n{}", trail.display(), config(port, &path));
+    let mut daemon = Daemon::start(&config);
 
     let log = run_peer("ascii_gateway", &[port.to_string(), path.clone()]);
 
@@ -39,7 +44,25 @@ fn clients_use_networks_by_lines_of_text() {
     ");
     daemon.terminate();
     daemon.wait_until_stopped();
-    assert!(!std::path::Path::new(&path).exists(), "the socket goes with the daemon");
+    assert!(!Path::new(&path).exists(), "the socket goes with the daemon");
+    assert_is_told_by_whom(&trail);
+}
+
+/// What clients have ordered is in the audit trail, with the address of the client, or its user.
+fn assert_is_told_by_whom(trail: &Path) {
+    let lines = fs::read_to_string(trail.join("audit-00000001.jsonl")).expect("the trail");
+    let uid = fs::metadata("/proc/self").expect("this runs").uid();
+    let by_address = r#""by":{"kind":"canopen","bus":"can1","client":"127.0.0.1:"#;
+    let by_user = format!(r#""by":{{"kind":"canopen","bus":"can3","uid":{uid},"pid":"#);
+    for (by, order) in [
+        (by_address, r#""bus":"can1","node_id":5,"order":"reset""#),
+        (by_address, r#""bus":"can1","node_id":5,"order":"start""#),
+        (by_address, r#""event":"lss","device":"new","#),
+        (by_address, r#""order":"node-id 9""#),
+        (&by_user, r#""bus":"can3","node_id":99,"order":"start""#),
+    ] {
+        assert!(lines.lines().any(|line| line.contains(by) && line.contains(order)), "{order}: {lines}");
+    }
 }
 
 #[test]

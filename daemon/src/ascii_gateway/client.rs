@@ -9,6 +9,7 @@ use tokio::sync::mpsc;
 use tokio::time::timeout;
 
 use super::{Lines, Said};
+use crate::core::Peer;
 
 /// Lines that may wait for a client.
 const QUEUE: usize = 1024;
@@ -21,6 +22,8 @@ const END: &[u8] = b"\r\n";
 #[derive(Debug)]
 pub(super) struct Client {
     pub(super) number: u64,
+    /// Who it is, as far as that is known.
+    pub(super) peer: Option<Peer>,
     lines: Lines,
     /// Events that found no room.
     lost: u64,
@@ -49,11 +52,11 @@ impl Client {
 /// Serves a client until it leaves; the engine's task hears of that.
 pub(super) async fn serve<S: AsyncRead + AsyncWrite + Unpin>(
     stream: S,
-    number: u64,
+    (number, peer): (u64, Option<Peer>),
     said: mpsc::Sender<Said>,
 ) {
     let (lines, told) = mpsc::channel(QUEUE);
-    let client = Client { number, lines, lost: 0 };
+    let client = Client { number, peer, lines, lost: 0 };
     if said.send(Said::Came(client)).await.is_ok() {
         // However a connection ends, it is over.
         let _ = talk(BufReader::new(stream), number, &said, told).await;
@@ -104,7 +107,7 @@ mod tests {
     #[test]
     fn events_leave_room_for_the_answer_and_what_is_lost_is_told() {
         let (lines, mut told) = mpsc::channel(5);
-        let mut client = Client { number: 1, lines, lost: 0 };
+        let mut client = Client { number: 1, peer: None, lines, lost: 0 };
         let event = |number: u32| Told::Event(number.to_string());
         for number in 0..10 {
             assert!(client.tell(event(number)), "it goes on");

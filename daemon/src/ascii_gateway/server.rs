@@ -3,6 +3,7 @@
 use core::time::Duration;
 use std::collections::BTreeMap;
 use std::io;
+use std::net::SocketAddr;
 use std::sync::Arc;
 
 use canopen::ascii::{AsciiGateway, Outgoing, Told};
@@ -15,7 +16,8 @@ use tokio::time::{sleep, timeout};
 use super::client::{self, Client};
 use super::{Listener, Listening, Said};
 use crate::clock::Clock;
-use crate::core::LinkId;
+use crate::core::{LinkId, Peer, Sender};
+use crate::services;
 use crate::socketcand::{Bus, Inbound, Passed, ToCore};
 
 /// Clients at the same time, at each place.
@@ -55,7 +57,7 @@ enum Door {
 }
 
 enum Guest {
-    Tcp(TcpStream),
+    Tcp(TcpStream, SocketAddr),
     Unix(UnixStream),
 }
 
@@ -63,9 +65,9 @@ impl Door {
     async fn accept(&self) -> io::Result<Guest> {
         match self {
             Self::Tcp(listener) => {
-                let (stream, _) = listener.accept().await?;
+                let (stream, address) = listener.accept().await?;
                 stream.set_nodelay(true)?;
-                Ok(Guest::Tcp(stream))
+                Ok(Guest::Tcp(stream, address))
             }
             Self::Unix(listener) => Ok(Guest::Unix(listener.accept().await?.0)),
         }
@@ -87,8 +89,13 @@ async fn accept(door: Door, said: mpsc::Sender<Said>) {
         let said = said.clone();
         tokio::spawn(async move {
             match guest {
-                Guest::Tcp(stream) => client::serve(stream, number, said).await,
-                Guest::Unix(stream) => client::serve(stream, number, said).await,
+                Guest::Tcp(stream, address) => {
+                    client::serve(stream, (number, Some(Peer::Address(address))), said).await;
+                }
+                Guest::Unix(stream) => {
+                    let peer = services::peer(&stream);
+                    client::serve(stream, (number, peer), said).await;
+                }
             }
             drop(place);
         });
@@ -187,10 +194,12 @@ impl Server {
 
     /// Sends what the engine has to send, and tells what it has to tell.
     async fn flush(&mut self) {
-        while let Some(Outgoing { network, frame, .. }) = self.engine.poll_transmit() {
+        while let Some(Outgoing { network, client, frame }) = self.engine.poll_transmit() {
             let bus = self.buses.get(&network).filter(|(_, frames)| frames.strong_count() > 0);
             let Some((link, _)) = bus else { continue };
-            let inbound = Inbound { link: *link, client: GATEWAY, at: self.clock.now(), frame };
+            let peer = |client| self.clients.get(&client)?.peer;
+            let sender = client.map_or(Sender::Bus, |client| Sender::Gateway(peer(client)));
+            let inbound = Inbound { link: *link, client: GATEWAY, sender, at: self.clock.now(), frame };
             if !self.to_core.send(inbound).await {
                 return;
             }

@@ -238,6 +238,7 @@ fn by<'n>(entry: &AuditEntry, names: &'n Names) -> By<'n> {
     };
     match entry.peer {
         Some(Peer::Process { uid, pid }) => By { uid: Some(uid), pid, ..by },
+        Some(Peer::Address(address)) => By { client: Some(address.to_string()), ..by },
         None => by,
     }
 }
@@ -271,7 +272,7 @@ mod tests {
         Item { node_id, address: Address::new(0x607A, 0), value: Some(-5) }
     }
 
-    const MODBUS: &str = "10.0.0.5:40112";
+    const CLIENT: &str = "10.0.0.5:40112";
 
     #[test]
     fn an_entry_is_one_line_of_json() {
@@ -280,7 +281,7 @@ mod tests {
             r#"{"time":"2023-11-14T22:13:20.000001Z","uptime_s":1.5,"event":"write","device":"x","axis":1,"by":{"kind":"canopen","bus":"can0","node_id":7},"object":"0x607A:00","name":"Target position","value":-5}"#
         );
         let again = Again { times: 60, lasted: Duration::from_millis(59) };
-        let text = text(Who::Modbus(MODBUS.parse().unwrap()), What::StreamEnd(item(None)), Some(again));
+        let text = text(Who::Modbus(CLIENT.parse().unwrap()), What::StreamEnd(item(None)), Some(again));
         assert!(text.contains(r#""by":{"kind":"modbus","client":"10.0.0.5:40112"}"#), "{text}");
         assert!(text.ends_with(r#""value":-5,"set_points":60,"lasted_s":0.059}"#), "{text}");
         let lost = Line::lost(3, Instant::ZERO, Duration::MAX).text().unwrap();
@@ -291,19 +292,24 @@ mod tests {
     fn a_refused_command_is_told_with_its_abort_code_and_how_often_it_came() {
         let refused = What::Refused(item(None), AbortCode::DeviceState);
         let again = Again { times: 9, lasted: Duration::from_millis(500) };
-        let text = text(Who::Modbus(MODBUS.parse().unwrap()), refused, Some(again));
+        let text = text(Who::Modbus(CLIENT.parse().unwrap()), refused, Some(again));
         let expected = r#""event":"refused","device":"x","axis":1,"by":{"kind":"modbus","client":"10.0.0.5:40112"},"object":"0x607A:00","name":"Target position","value":-5,"code":"0x08000022","reason":"data cannot be transferred or stored because of the present device state","times":9,"lasted_s":0.5}"#;
         assert!(text.ends_with(expected), "{text}");
     }
 
     #[test]
-    fn an_operator_is_told_with_the_process_that_asked() {
+    fn who_is_behind_a_connection_is_told_as_far_as_it_is_known() {
         let peer = Some(Peer::Process { uid: 1000, pid: Some(4242) });
         let what = What::Motion(0, Goal::Stop);
         let entry =
             AuditEntry { at: Instant::ZERO, device: Some(0), who: Who::Local, peer, what, again: None };
         let text = Line::of(&entry, &names(), Duration::ZERO).text().unwrap();
         assert!(text.ends_with(r#""axis":1,"by":{"kind":"local","uid":1000,"pid":4242}}"#), "{text}");
+        let who = Who::CanOpen(LinkId(0));
+        let client = AuditEntry { who, peer: Some(Peer::Address(CLIENT.parse().unwrap())), ..entry };
+        let text = Line::of(&client, &names(), Duration::ZERO).text().unwrap();
+        let by = r#""by":{"kind":"canopen","bus":"can0","client":"10.0.0.5:40112"}}"#;
+        assert!(text.ends_with(by), "{text}");
     }
 
     #[test]

@@ -32,13 +32,18 @@ pub enum Peer {
         /// Its number, unless it cannot be seen from here.
         pid: Option<i32>,
     },
+    /// A client by TCP.
+    Address(SocketAddr),
 }
 
 impl Peer {
     /// Whether it is the same one, also if it has connected again meanwhile.
     pub(super) fn is(self, other: Self) -> bool {
-        let (Self::Process { uid, .. }, Self::Process { uid: other, .. }) = (self, other);
-        uid == other
+        match (self, other) {
+            (Self::Process { uid, .. }, Self::Process { uid: other, .. }) => uid == other,
+            (Self::Address(one), Self::Address(other)) => one.ip() == other.ip(),
+            (Self::Process { .. } | Self::Address(_), _) => false,
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 use std::io;
+use std::net::SocketAddr;
 use std::sync::Arc;
 
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -13,6 +14,7 @@ use tokio::time::{Instant, sleep, sleep_until, timeout};
 use super::protocol::{Command, Refusal, Scanner, write_frame};
 use super::{Bus, Inbound, Listening, Passed, ToCore};
 use crate::clock::Clock;
+use crate::core::{Peer, Sender};
 
 /// Clients at the same time, on each port.
 const MAX_CLIENTS: usize = 64;
@@ -49,7 +51,7 @@ async fn accept(listener: TcpListener, mut buses: watch::Receiver<Vec<Bus>>, to_
                 Err(_) => return,
             },
         };
-        let Ok((mut stream, _)) = accepted else {
+        let Ok((mut stream, address)) = accepted else {
             // Out of descriptors or the like: that passes when clients leave.
             sleep(Duration::from_millis(100)).await;
             continue;
@@ -63,6 +65,7 @@ async fn accept(listener: TcpListener, mut buses: watch::Receiver<Vec<Bus>>, to_
         number += 1;
         let client = Client {
             number,
+            address,
             stream,
             buses: buses.clone(),
             to_core: to_core.clone(),
@@ -101,6 +104,7 @@ impl Pace {
 
 struct Client {
     number: u64,
+    address: SocketAddr,
     stream: TcpStream,
     buses: watch::Receiver<Vec<Bus>>,
     to_core: ToCore,
@@ -198,7 +202,8 @@ impl Client {
             Command::Echo => Ok("< echo >"),
             Command::Send(frame) => {
                 let link = self.bus.as_ref().ok_or("no open bus")?.link;
-                let inbound = Inbound { link, client: self.number, at: self.clock.now(), frame };
+                let sender = Sender::Client(Peer::Address(self.address));
+                let inbound = Inbound { link, client: self.number, sender, at: self.clock.now(), frame };
                 self.to_core.frames.send(inbound).await.map_err(|_| "shutting down")?;
                 self.to_core.bell.ring();
                 Ok("")

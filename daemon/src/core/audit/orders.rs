@@ -51,8 +51,8 @@ impl Core {
         self.audit.note(AuditEntry { at, device, who, peer, what, again: None });
     }
 
-    /// Takes note of a frame that these nodes are about to hear, if it is an order. Those of others that change nothing
-    /// here are not kept.
+    /// Takes note of a frame that these nodes are about to hear, if it is an order. Those of others on the bus that change
+    /// nothing here are not kept.
     pub(in crate::core) fn note_network(&mut self, at: Instant, passing: &Passing, hearers: &[u16]) {
         if !self.audit.is_kept() {
             return;
@@ -65,10 +65,12 @@ impl Core {
         });
         let (first, second) = (obeying.next(), obeying.next());
         let who = match passing.sender {
+            // What we are told to send is kept, whoever obeys.
             Sender::Operator(_) => Who::Local,
-            Sender::Bus if first.is_some() => Who::CanOpen(passing.link),
+            Sender::Gateway(_) => Who::CanOpen(passing.link),
+            Sender::Bus | Sender::Client(_) if first.is_some() => Who::CanOpen(passing.link),
             // Our nodes are no masters.
-            Sender::Bus | Sender::Member(_) => return,
+            Sender::Bus | Sender::Client(_) | Sender::Member(_) => return,
         };
         let device = first.filter(|_| second.is_none());
         let what = What::Network(passing.link, order);

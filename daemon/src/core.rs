@@ -25,6 +25,7 @@ mod time;
 mod trail;
 mod unit;
 mod view;
+mod wire;
 
 use core::time::Duration;
 use std::collections::VecDeque;
@@ -42,6 +43,7 @@ use notices::{MAX_NOTICES, clear, note, raise};
 use slots::Slots;
 use time::Telling;
 use unit::Member;
+use wire::{Passing, others, put_on_wire};
 
 pub use access::{Authority, LOCAL, WriteRefused};
 pub use audit::{Again, AuditEntry, Item, What};
@@ -54,6 +56,7 @@ pub use ownership::NoAxis;
 pub use storage::{NodeParameters, Parameters};
 pub use trail::{Command, Peer, Who};
 pub use unit::Unit;
+pub use wire::Sender;
 
 /// A link by its number in the configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -88,48 +91,12 @@ pub struct PlanError {
 /// CAN bus carries, so only nodes that answer each other without end ever meet it.
 const MAX_PASSING: usize = 1024;
 const PAUSE: Duration = Duration::from_millis(20);
-/// Frames that may wait to pass the wires.
-const MAX_ON_WIRE: usize = 8 * MAX_PASSING;
 
 /// Where a number of the routers leads: to a node by its position in a unit.
 #[derive(Clone, Copy, Debug)]
 struct Hearer {
     unit: usize,
     position: usize,
-}
-
-/// Who has sent a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sender {
-    /// Somebody on the bus.
-    Bus,
-    /// A client of socketcand, who is as good as on the bus.
-    Client(Peer),
-    /// A client of the ASCII gateway, who has it sent by us.
-    Gateway(Option<Peer>),
-    /// An operator on this machine.
-    Operator(Option<Peer>),
-    /// One of our nodes, by its number in the routers.
-    Member(u16),
-}
-
-impl Sender {
-    /// By which connection it came, if it came by one.
-    fn peer(self) -> Option<Peer> {
-        match self {
-            Self::Client(peer) => Some(peer),
-            Self::Gateway(peer) | Self::Operator(peer) => peer,
-            Self::Bus | Self::Member(_) => None,
-        }
-    }
-}
-
-/// A frame on its way to our nodes.
-#[derive(Debug)]
-struct Passing {
-    link: LinkId,
-    sender: Sender,
-    frame: Frame,
 }
 
 /// See the module's documentation.
@@ -499,20 +466,4 @@ impl Core {
             }
         }
     }
-}
-
-/// Lets a frame pass the wire of its link, if there is room.
-fn put_on_wire(wire: &mut VecDeque<Passing>, dropped: &mut [u64], passing: Passing) {
-    if wire.len() < MAX_ON_WIRE {
-        wire.push_back(passing);
-    } else {
-        let dropped = dropped.get_mut(usize::from(passing.link.0));
-        dropped.into_iter().for_each(|dropped| *dropped += 1);
-    }
-}
-
-/// The nodes on `link` beside the sender that hear `id`.
-fn others(routers: &[Router], link: LinkId, id: Id, sender: Sender) -> impl Iterator<Item = u16> {
-    let receivers = routers.get(usize::from(link.0)).map_or(&[][..], |router| router.receivers(id));
-    receivers.iter().copied().filter(move |receiver| Sender::Member(*receiver) != sender)
 }

@@ -129,7 +129,7 @@ impl Session {
 
 #[test]
 fn every_verb_prints_json_and_long_ones_their_progress() {
-    const VERBS: [&str; 20] = [
+    const VERBS: [&str; 25] = [
         "status",
         "watch --interval 0.05 --count 2",
         "od list axis1 velocity",
@@ -143,10 +143,16 @@ fn every_verb_prints_json_and_long_ones_their_progress() {
         "fault inject axis2 supply-dip:40",
         "fault list",
         "fault clear axis2 all",
-        "nmt axis1 start",
+        "nmt axis1 preop",
         "lss inquire 279:256:0x10003:0xA0C28D1F",
         "dump --file docs/candump.log --config config/examples/demo.toml",
         "claim axis1 --for local",
+        "release axis1",
+        "signal set axis1 analog-input:2.5",
+        "signal list axis2",
+        // A heartbeat each 20 ms.
+        "od write axis1 0x1017 20",
+        "dump --count 3",
         "log",
         "audit",
         "version",
@@ -164,16 +170,32 @@ fn every_verb_prints_json_and_long_ones_their_progress() {
     // The status is one object over several lines, all else an object or a list on each line.
     let told = run_python(&format!(
         "import json\n\
-         for number in range({}):\n    \
+         for number, verb in enumerate({VERBS:?}):\n    \
              text = open(f'{}/{{number}}.json').read()\n    \
              answers = [json.loads(text)] if number == 0 else [json.loads(line) for line in text.splitlines()]\n    \
-             assert answers, number\n    \
-             print(*(next(iter(a)) for a in (answers[0], answers[-1]) if number in (6, 7)))",
-        VERBS.len(),
+             assert answers, verb\n    \
+             word = verb.split()[0]\n    \
+             if word in ('move', 'jog'):\n        \
+                 print(word, *(next(iter(answer)) for answer in (answers[0], answers[-1])))\n    \
+             if word in ('claim', 'release', 'signal'):\n        \
+                 print(word, *(list(axis.values()) for axis in answers[0]))\n    \
+             if verb.startswith('dump --count'):\n        \
+                 assert all(1.7e9 < frame['time'] < 1e10 for frame in answers), answers\n        \
+                 print(word, *(frame['id'] + '#' + frame['data'] for frame in answers))",
         dir.path().display()
     ));
-    let told: Vec<&str> = told.lines().filter(|line| !line.is_empty()).collect();
-    assert_eq!(told, ["progress done"; 2], "of move and jog");
+    assert_eq!(
+        told.lines().collect::<Vec<_>>(),
+        [
+            "move progress done",
+            "jog progress done",
+            "claim ['axis1', 1, 'local']",
+            "release ['axis1', 1, 'any']",
+            "signal ['axis1', 1, 2.5, 0.0]",
+            "signal ['axis2', 1, 0.0, 0.0]",
+            "dump 701#7F 701#7F 701#7F",
+        ]
+    );
 }
 
 /// Every command of the documented session, and what it is said to print. `UPDATE_DOCS=1` writes down what it prints now.

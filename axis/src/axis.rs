@@ -211,6 +211,12 @@ impl Axis {
         self.power.cut();
     }
 
+    /// Cuts the power at once and for good: whoever switches it on, it stays off.
+    pub fn retire(&mut self) {
+        self.queue.clear();
+        self.power.retire();
+    }
+
     /// Sets the time a holding brake takes.
     pub fn set_power_delays(&mut self, delays: PowerDelays) {
         self.power.delays = delays;

@@ -232,6 +232,14 @@ impl Device {
         self.publish();
     }
 
+    /// Cuts the power of axes that do not come to rest after [`Device::shut_down`], for good: they coast.
+    pub fn cut_power(&mut self, now: Instant) {
+        for unit in self.units.iter_mut().filter(|unit| !unit.axis.is_quiet()) {
+            unit.cut_power(&mut self.dictionary, now);
+        }
+        self.publish();
+    }
+
     /// Stops an axis, by number from 0, that runs by the words of its vendor: it brakes and holds. Whether it did run by
     /// them; a drive of CiA 402 is stopped by its controlword.
     pub fn halt(&mut self, now: Instant, axis: usize) -> bool {

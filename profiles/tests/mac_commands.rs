@@ -372,6 +372,24 @@ fn a_shut_down_ramps_a_mode_down_and_ends_all_obedience() {
 }
 
 #[test]
+fn a_motor_that_is_still_braking_when_its_time_is_over_loses_its_power_for_good() {
+    for motor in FAMILIES {
+        let mut bench = Bench::motor(motor);
+        bench.write(&[(A_SOLL, 300), (V_SOLL, 1600), (MODE, 1)]);
+        bench.run(300);
+        bench.device.shut_down(bench.now);
+        bench.run(2);
+        let before = bench.register(12);
+        bench.device.cut_power(bench.now);
+        bench.run(2);
+        assert!(bench.register(12) > before * 9 / 10, "{motor}: it coasts, {before}");
+        bench.write(&[(MODE, 1)]);
+        bench.run(5000);
+        assert_eq!((bench.register(12), bench.device.is_quiet()), (0, true), "{motor}");
+    }
+}
+
+#[test]
 fn a_fault_of_the_drive_is_an_error_of_the_motor_and_both_are_reset_by_either() {
     for (motor, bit, by_drive) in
         [("mac140", 11, false), ("mac140", 11, true), ("mac800", 12, false), ("mac800", 12, true)]

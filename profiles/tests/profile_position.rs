@@ -169,6 +169,33 @@ fn shutting_the_daemon_down_ramps_down_and_obeys_nobody_any_more() {
 }
 
 #[test]
+fn an_axis_that_does_not_come_to_rest_at_the_end_loses_its_power_for_good_and_coasts() {
+    let mut bench = enabled("jvl-mac00-fc4");
+    bench.set(0x6085, 1);
+    bench.move_to(10_000_000, 0);
+    bench.run(500);
+    let now = bench.now;
+    bench.device.shut_down(now);
+    bench.run(5000);
+    let before = bench.velocity();
+    assert!(before > 15_000, "its ramp takes hours: {before}");
+    assert_eq!(bench.state(), State::OperationEnabled);
+
+    let now = bench.now;
+    bench.device.cut_power(now);
+
+    assert_eq!(bench.state(), State::SwitchOnDisabled);
+    bench.run(10);
+    assert!(bench.velocity() > before * 9 / 10, "friction alone does not stop it in 10 ms");
+    for controlword in [0x06, 0x07, 0x0F] {
+        bench.control(controlword);
+        bench.run(50);
+    }
+    assert_eq!(bench.state(), State::SwitchOnDisabled);
+    bench.run_until(|b| b.device.is_quiet());
+}
+
+#[test]
 fn a_following_error_is_a_fault_after_its_time_and_shown_in_bit_13() {
     let faulted_after = |millis| {
         let mut bench = enabled("cia402-servo");

@@ -25,6 +25,8 @@ enum State {
     On,
     /// Steps left until power goes.
     Closing(u32),
+    /// Off for good.
+    Retired,
 }
 
 impl Power {
@@ -33,7 +35,7 @@ impl Power {
         self.state = match self.state {
             State::Off => State::Opening(self.delays.on),
             State::Closing(_) => State::On,
-            state @ (State::Opening(_) | State::On) => state,
+            state @ (State::Opening(_) | State::On | State::Retired) => state,
         };
     }
 
@@ -45,12 +47,20 @@ impl Power {
                 State::Closing(self.delays.off)
             }
             State::Off | State::Opening(_) | State::On => State::Off,
+            State::Retired => State::Retired,
         };
     }
 
     /// Cuts the power at once.
     pub(super) fn cut(&mut self) {
-        self.state = State::Off;
+        if self.state != State::Retired {
+            self.state = State::Off;
+        }
+    }
+
+    /// Cuts the power at once, and for good.
+    pub(super) fn retire(&mut self) {
+        self.state = State::Retired;
     }
 
     /// Follows one raster step with the drive enabled or not.
@@ -58,13 +68,13 @@ impl Power {
         self.state = match self.state {
             State::Opening(left) if is_enabled => left.checked_sub(1).map_or(State::On, State::Opening),
             State::Closing(left) => left.checked_sub(1).map_or(State::Off, State::Closing),
-            state @ (State::Off | State::Opening(_) | State::On) => state,
+            state @ (State::Off | State::Opening(_) | State::On | State::Retired) => state,
         };
     }
 
     /// Whether the drive is to be enabled.
     pub(super) fn is_on(&self) -> bool {
-        self.state != State::Off
+        !matches!(self.state, State::Off | State::Retired)
     }
 
     /// Whether the brake is about to open.
@@ -116,5 +126,20 @@ mod tests {
         assert!(power.is_ready());
         power.cut();
         assert!(!power.is_on());
+    }
+
+    #[test]
+    fn what_is_retired_is_never_switched_on_again() {
+        let mut power = Power { delays: PowerDelays { on: 0, off: 2 }, ..Power::default() };
+        power.switch_on();
+        power.step(true);
+        power.retire();
+        for order in
+            [Power::switch_on, |power: &mut Power| power.switch_off(true), Power::cut, Power::switch_on]
+        {
+            order(&mut power);
+            power.step(true);
+            assert!(!power.is_on() && !power.is_ready());
+        }
     }
 }

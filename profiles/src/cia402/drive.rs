@@ -157,6 +157,20 @@ impl Drive402 {
         }
     }
 
+    /// Ends what still moves after [`Drive402::shut_down`]: no state with power is left.
+    pub(crate) fn switch_off(&mut self, context: &mut Context<'_>) {
+        match self.state {
+            State::OperationEnabled => self.perform(Transition::DisableVoltageEnabled, context),
+            State::QuickStopActive => self.perform(Transition::QuickStopDone, context),
+            State::FaultReactionActive => self.perform(Transition::FaultReacted, context),
+            State::NotReadyToSwitchOn
+            | State::SwitchOnDisabled
+            | State::ReadyToSwitchOn
+            | State::SwitchedOn
+            | State::Fault => {}
+        }
+    }
+
     /// Reacts to a lost connection, if there is power or about to be.
     pub(crate) fn lose_master(&mut self, reaction: AbortConnection, context: &mut Context<'_>) {
         let has_power = matches!(self.state, State::OperationEnabled | State::QuickStopActive);

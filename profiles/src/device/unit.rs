@@ -283,6 +283,14 @@ impl Unit {
         self.wake(now);
     }
 
+    /// Cuts the power for good, whoever has the axis: it coasts.
+    pub(super) fn cut_power(&mut self, dictionary: &mut Dictionary, now: Instant) {
+        let (drive, _, mut context) = self.split(dictionary);
+        drive.switch_off(&mut context);
+        self.axis.retire();
+        self.wake(now);
+    }
+
     /// Stops an axis that runs by the words of its vendor; whether it did.
     pub(super) fn halt(&mut self, dictionary: &mut Dictionary, now: Instant) -> bool {
         let (vendor, mut scope) = self.scope(dictionary);

@@ -137,6 +137,20 @@ fn a_lost_master_is_a_silent_host_and_the_operator_lets_the_axis_brake() {
 
         let mut card = start();
         let now = card.now;
+        card.device.shut_down(now);
+        card.run(50);
+        assert!(card.has(0, UserStatus::DR_EN), "it brakes");
+        let now = card.now;
+        card.device.cut_power(now);
+        card.run(50);
+        assert!(!card.has(0, UserStatus::DR_EN), "it coasts: {}", card.describe());
+        card.give(0, "ME");
+        card.give(0, "E");
+        card.run(5_000);
+        assert!(card.device.is_quiet(), "{}", card.describe());
+
+        let mut card = start();
+        let now = card.now;
         card.device.reset(now);
         card.run(5_000);
         assert!(!card.has(0, UserStatus::INIT) && card.device.is_quiet());

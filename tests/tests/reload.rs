@@ -207,7 +207,7 @@ fn modbus_listeners_come_change_and_go() {
     let (port, bus) = (free_port(), free_port());
     let plain = config(Bus::Socketcand(bus), &[("x", "jvl-mac00-fc4", 1)]);
     let with = |keys: &str| format!("[modbus]\nlisten = \"127.0.0.1:{port}\"\n{keys}{plain}");
-    let connect = || {
+    let connect = |port: u16| {
         let stream = TcpStream::connect(("127.0.0.1", port)).expect("it listens");
         stream.set_read_timeout(Some(PATIENCE)).expect("set a time-out");
         stream
@@ -218,7 +218,7 @@ fn modbus_listeners_come_change_and_go() {
     let told = take(&daemon, &with(""));
 
     assert!(told.ends_with(":\n  devices adjusted: x\n  taken: modbus\n"), "{told}");
-    let mut client = connect();
+    let mut client = connect(port);
     assert!(registers(&mut client).is_some());
     take(&daemon, &with("max_clients = 7\n"));
     assert!(registers(&mut client).is_some(), "it stays connected");
@@ -227,8 +227,24 @@ fn modbus_listeners_come_change_and_go() {
     assert!(registers(&mut client).is_some());
     take(&daemon, &with("allow = \"10.0.0.0/8\"\n"));
     assert!(registers(&mut client).is_none(), "it may not connect any more");
+    // A device with a port of its own leaves: so do the port and who is connected to it, and nobody else.
+    let own = free_port();
+    let both = config(Bus::Socketcand(bus), &[("x", "jvl-mac00-fc4", 1), ("y", "jvl-mac00-fc4", 2)]);
+    let both = both + &format!("[device.modbus]\nlisten = \"127.0.0.1:{own}\"\n");
+    take(&daemon, &with("").replace(&plain, &both));
+    let (mut client, mut own_client) = (connect(port), connect(own));
+    assert!(registers(&mut client).is_some() && registers(&mut own_client).is_some());
+    let told = take(&daemon, &with(""));
+    assert!(told.contains("devices removed: y\n"), "{told}");
+    assert!(registers(&mut own_client).is_none(), "the connection is closed");
+    assert!(TcpStream::connect(("127.0.0.1", own)).is_err());
+    assert!(registers(&mut client).is_some(), "it stays connected");
+    // It comes back, and so does its port.
+    take(&daemon, &with("").replace(&plain, &both));
+    assert!(registers(&mut connect(own)).is_some() && registers(&mut client).is_some());
     take(&daemon, &plain);
-    assert!(TcpStream::connect(("127.0.0.1", port)).is_err());
+    assert!(registers(&mut client).is_none());
+    assert!([port, own].iter().all(|port| TcpStream::connect(("127.0.0.1", *port)).is_err()));
 }
 
 /// Reads an object of at most four bytes.

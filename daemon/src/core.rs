@@ -287,6 +287,23 @@ impl Core {
         self.pass(now);
     }
 
+    /// Cuts the power of every axis that does not come to rest.
+    pub fn cut_power(&mut self, now: Instant) {
+        for unit in 0..self.units.end() {
+            self.cut_power_of_device(now, unit);
+        }
+    }
+
+    /// Cuts the power of the axes of a device that do not come to rest after [`Core::shut_down_device`], for good: they coast.
+    pub fn cut_power_of_device(&mut self, now: Instant, device: usize) {
+        let Some(unit) = self.units.get_mut(device).filter(|unit| !unit.device.is_quiet()) else { return };
+        unit.device.cut_power(now);
+        note(&mut self.notices, &mut self.counters, device, Notice::PowerCut);
+        self.settle(now, device);
+        self.speak(now, device);
+        self.pass(now);
+    }
+
     /// Lets what is on the wires reach our nodes, and what they answer to it.
     fn pass(&mut self, now: Instant) {
         if self.resume.is_some_and(|resume| now < resume) {

@@ -3,6 +3,7 @@
 //! One turn: sleep, take what has come, answer it, then do what is due. With a single CAN interface and nothing
 //! due soon it sleeps in the receiving system call itself, so that an answer costs two system calls.
 
+mod departure;
 mod errands;
 mod modbus;
 mod reload;
@@ -33,14 +34,11 @@ use crate::storage::{Done, Storage};
 use crate::sys::{self, BATCH};
 use crate::wait::{Woken, wait, wake_punctually};
 
+use departure::{Departure, Then};
 pub(crate) use modbus::Times;
 pub(crate) use reload::Reloads;
 pub(crate) use share::Share;
 
-/// How long the axes may take to ramp down at the end.
-const LONGEST_RAMP: Duration = Duration::from_secs(5);
-/// How long masters can then still see the axes at rest.
-const FAREWELL: Duration = Duration::from_millis(100);
 /// Frames of clients that are taken before everything else has its turn again.
 const CLIENT_BATCH: usize = 64;
 /// How much later than [`LONGEST_BLOCK`] a deadline must be for a sleep in the receiving system call, whose
@@ -107,7 +105,7 @@ impl CoreLoop {
         let mut has_backlog = false;
         let mut end = None;
         loop {
-            match self.how_to_sleep(now, has_backlog, end) {
+            match self.how_to_sleep(now, has_backlog, end.as_ref().map(Departure::until)) {
                 Sleep::InReceive => {
                     let outcome = self.receive(0, Patience::Block, &mut news);
                     now = self.after_receive(now, outcome.as_ref().ok().copied().flatten());
@@ -134,15 +132,13 @@ impl CoreLoop {
             has_backlog |= self.carry_out_errands(now);
             self.serve_storage(now);
             has_backlog |= end.is_none() && self.reload(now);
-            if self.stop.load(Ordering::Relaxed) {
-                end = Some(self.stop_axes(now, end));
-            }
+            let is_over = self.stop.load(Ordering::Relaxed) && self.stop_axes(now, &mut end);
             self.reporter.report(now, &mut self.core, &self.links);
             self.keep_audit();
             self.publish(now);
             self.manager.feed_watchdog(now);
             self.time_turn(now);
-            if end.is_some_and(|end| end <= now) {
+            if is_over {
                 return Ok(());
             }
         }
@@ -154,22 +150,25 @@ impl CoreLoop {
         self.share = Some(share).filter(|_| sys::has_real_time_priority());
     }
 
-    /// Lets the axes ramp down, once; when to leave, as far as that is known.
-    fn stop_axes(&mut self, now: Instant, end: Option<Instant>) -> Instant {
-        let was_quiet = self.core.is_quiet();
-        if end.is_none() {
+    /// Lets the axes come to rest; whether they have, or had their time.
+    fn stop_axes(&mut self, now: Instant, end: &mut Option<Departure>) -> bool {
+        let is_quiet = self.core.is_quiet();
+        let end = end.get_or_insert_with(|| {
             self.manager.tell(&[NotifyState::Stopping]);
-        }
-        match end {
-            // Nothing moves.
-            None if was_quiet => now,
-            None => {
+            if !is_quiet {
                 self.core.shut_down(now);
                 self.transmit(now);
-                now + LONGEST_RAMP
             }
-            Some(end) if was_quiet => end.min(now + FAREWELL),
-            Some(end) => end,
+            Departure::begin(now, is_quiet)
+        });
+        match end.next(now, self.core.is_quiet()) {
+            Then::Wait => false,
+            Then::CutPower => {
+                self.core.cut_power(now);
+                self.transmit(now);
+                false
+            }
+            Then::Over => true,
         }
     }
 

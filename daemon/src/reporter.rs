@@ -134,6 +134,7 @@ impl Reporter {
             Notice::Emergency { emergency, .. } => ("emergency", emergency.code != 0),
             Notice::DroppedSteps(_) => ("dropped", true),
             Notice::ModbusLost => ("modbus", true),
+            Notice::PowerCut => ("power cut", true),
         };
         let Some(suppressed) = self.limiter.admit(now, Subject::Device(device), kind) else { return };
         let (device, dialect) = known(core, device);
@@ -151,6 +152,7 @@ impl Reporter {
             }
             Notice::DroppedSteps(steps) => format!("served too late, {steps} raster steps dropped"),
             Notice::ModbusLost => "connection lost: no Modbus client asks any more".to_owned(),
+            Notice::PowerCut => "does not come to rest in time: its power is cut, it coasts".to_owned(),
         };
         let more = left_out(suppressed);
         let (node, code) = node_and_code(notice);
@@ -174,7 +176,8 @@ fn node_and_code(notice: Notice) -> (Option<u8>, Option<u16>) {
         | Notice::Nmt(_)
         | Notice::ConnectionLost(_)
         | Notice::DroppedSteps(_)
-        | Notice::ModbusLost => (None, None),
+        | Notice::ModbusLost
+        | Notice::PowerCut => (None, None),
     }
 }
 

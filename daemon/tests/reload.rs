@@ -9,7 +9,7 @@ use std::time::Duration;
 use canopen::BusState;
 use common::gateway::Gateway;
 use common::{Bench, LINK, plan};
-use daemon::core::{Admission, Core, LinkId, ListenerPlan, Unit};
+use daemon::core::{Admission, Core, LinkId, ListenerPlan, Notice, Unit};
 use daemon::status::devices;
 use profiles::Profile;
 use proptest::prelude::*;
@@ -195,6 +195,38 @@ fn a_moving_axis_that_leaves_ramps_down_and_the_other_one_runs_on() {
     bench.run(SECOND);
     assert!((other(&bench).velocity.0 - 5000.0).abs() < 100.0, "{:?}", other(&bench));
     assert_eq!(bench.core.device(1).unwrap().dropped_steps(), 0);
+}
+
+#[test]
+fn an_axis_that_does_not_come_to_rest_coasts_and_masters_see_that() {
+    let mut bench = Bench::of(&profile("cia402-servo"), &[&[(0, 1)], &[(0, 2)]]);
+    bench.turn(5000);
+    bench.run(SECOND);
+    bench.write(1, 0x6085, 0, &1_u32.to_le_bytes());
+    bench.core.shut_down_device(bench.now, 0);
+    bench.run(5 * SECOND);
+    let moving = |bench: &Bench| bench.core.device(0).unwrap().axes().next().unwrap().velocity.0;
+    let before = moving(&bench);
+    assert!(before > 4900.0, "{before}");
+    while bench.core.poll_notice().is_some() {}
+
+    bench.core.cut_power(bench.now);
+    bench.core.cut_power(bench.now);
+
+    // SWITCH ON DISABLED, not remote any more.
+    let statusword = bench.send("601#4041600000000000").remove(0);
+    assert_eq!(u8::from_str_radix(&statusword[12..14], 16).unwrap() & 0x6F, 0x40, "{statusword}");
+    let notices: Vec<_> = std::iter::from_fn(|| bench.core.poll_notice()).collect();
+    assert_eq!(notices, [(0, Notice::PowerCut); 2], "it moves still; what is at rest is left alone");
+    bench.run(2 * MILLISECOND);
+    assert!(moving(&bench) > 0.9 * before, "{}", moving(&bench));
+    for controlword in ["06", "07", "0F"] {
+        bench.send(&format!("601#2B406000{controlword}000000"));
+        bench.run(100 * MILLISECOND);
+        assert!(moving(&bench) <= before);
+    }
+    velocities(&mut bench, 0);
+    assert!(bench.core.may_leave(0) && bench.core.may_leave(1));
 }
 
 #[test]

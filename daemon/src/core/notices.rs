@@ -33,6 +33,8 @@ pub enum Notice {
     DroppedSteps(u64),
     /// The Modbus clients were silent for too long.
     ModbusLost,
+    /// An axis that was to stop did not come to rest in time: its power is cut.
+    PowerCut,
 }
 
 /// What was lost.

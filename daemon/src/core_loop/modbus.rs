@@ -113,7 +113,7 @@ impl CoreLoop {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use core::time::Duration;
     use std::io::{Read, Write};
     use std::net::{TcpListener, TcpStream};
@@ -141,7 +141,7 @@ mod tests {
     const REQUESTS: usize = 40;
 
     /// A loop on virtual time with an axis that turns and a port for Modbus clients.
-    fn turning() -> CoreLoop {
+    pub(in crate::core_loop) fn turning() -> CoreLoop {
         let profile = Arc::new(Profile::embedded("cia402-servo", None).unwrap().unwrap());
         let (nodes, plant) = (Vec::new(), PlantSetup::default());
         let plan = Plan { name: "axis".into(), profile: Arc::clone(&profile), nodes, plant, serial: None };

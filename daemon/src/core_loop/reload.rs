@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use od::Instant;
 
-use super::{CoreLoop, FAREWELL, LONGEST_RAMP, link_id};
+use super::departure::Then;
+use super::{CoreLoop, Departure, link_id};
 use crate::build;
 use crate::core::{LinkId, ModbusPlan, Unit};
 use crate::link::{Gauge, Link, SocketCan};
@@ -21,10 +22,8 @@ pub(crate) enum Stage {
     Leaving {
         devices: Vec<usize>,
         links: Vec<LinkId>,
-        /// When they are out, as SIGTERM would leave them.
-        until: Instant,
-        /// All are at rest, and masters can still see that.
-        is_farewell: bool,
+        /// They come to rest as at the end of the daemon.
+        departure: Departure,
     },
     /// Devices join, one each turn.
     Joining {
@@ -52,7 +51,7 @@ impl Reloads {
     /// When devices that leave are out at the latest.
     pub(super) fn deadline(&self) -> Option<Instant> {
         match &self.stage {
-            Stage::Leaving { until, .. } => Some(*until),
+            Stage::Leaving { departure, .. } => Some(departure.until()),
             Stage::Idle | Stage::Joining { .. } => None,
         }
     }
@@ -103,11 +102,10 @@ impl CoreLoop {
             Step::Leave { devices, links } => {
                 let devices: Vec<usize> = devices.iter().filter_map(|name| self.core.find(name)).collect();
                 let is_quiet = devices.iter().all(|device| self.core.is_at_rest(*device));
-                // Of what is at rest nobody has to see that it is.
-                let until = if is_quiet { now } else { now + LONGEST_RAMP };
                 devices.iter().for_each(|device| self.core.shut_down_device(now, *device));
                 self.transmit(now);
-                self.reloads.stage = Stage::Leaving { devices, links, until, is_farewell: is_quiet };
+                self.reloads.stage =
+                    Stage::Leaving { devices, links, departure: Departure::begin(now, is_quiet) };
             }
             Step::Join(arrivals) => {
                 let Arrivals {
@@ -147,14 +145,16 @@ impl CoreLoop {
 
     /// Takes devices out that are at rest or had time enough for it, and then buses.
     fn let_leave(&mut self, now: Instant) {
-        let Stage::Leaving { devices, until, is_farewell, .. } = &mut self.reloads.stage else { return };
-        if !*is_farewell && devices.iter().all(|device| self.core.is_at_rest(*device)) {
-            *is_farewell = true;
-            *until = (*until).min(now + FAREWELL);
-        }
-        // What is being stored is not torn off: its end wakes the loop.
-        if now < *until || devices.iter().any(|device| self.core.is_storing(*device)) {
-            return;
+        let Stage::Leaving { devices, departure, .. } = &mut self.reloads.stage else { return };
+        match departure.next(now, devices.iter().all(|device| self.core.is_at_rest(*device))) {
+            Then::Wait => return,
+            Then::CutPower => {
+                devices.iter().for_each(|device| self.core.cut_power_of_device(now, *device));
+                return self.transmit(now);
+            }
+            // What is being stored is not torn off: its end wakes the loop.
+            Then::Over if devices.iter().any(|device| self.core.is_storing(*device)) => return,
+            Then::Over => {}
         }
         let Stage::Leaving { devices, links, .. } = core::mem::take(&mut self.reloads.stage) else { return };
         devices.iter().for_each(|device| self.core.conclude_audit(*device));
@@ -222,5 +222,86 @@ impl CoreLoop {
             None => self.core.hide_from_modbus(device),
         }
         owner.into_iter().for_each(|owner| self.core.set_owner(device, owner));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::time::Duration;
+
+    use od::Address;
+    use profiles::{AxisStatus, State};
+
+    use super::*;
+    use crate::core::{Authority, Notice};
+    use crate::core_loop::modbus::tests::turning;
+
+    const MILLISECOND: Duration = Duration::from_millis(1);
+
+    fn axis(core_loop: &CoreLoop) -> Option<AxisStatus> {
+        core_loop.core.device(0)?.axes().next()
+    }
+
+    /// Lets a loop turn for so many milliseconds from `now` on, one turn each; the time then.
+    fn run(core_loop: &mut CoreLoop, mut now: Instant, millis: u32) -> Instant {
+        for _ in 0..millis {
+            now = now + MILLISECOND;
+            core_loop.core.handle_timeout(now);
+            core_loop.reload(now);
+        }
+        now
+    }
+
+    /// A loop whose axis turns and brakes with so many user units, at rest after seconds or never, and the time.
+    fn braking_with(deceleration: u32) -> (CoreLoop, Instant) {
+        let mut core_loop = turning();
+        let begun = core_loop.clock.now();
+        let now = run(&mut core_loop, begun, 500);
+        let ramp = [(Address::new(0x6085, 0), deceleration.to_le_bytes().to_vec())];
+        core_loop.core.write(now, 0, 0, &ramp, Authority::Owner).unwrap();
+        while core_loop.core.poll_notice().is_some() {}
+        core_loop.begin(now, Step::Leave { devices: vec!["axis".to_owned()], links: Vec::new() });
+        (core_loop, now)
+    }
+
+    #[test]
+    fn an_axis_that_does_not_come_to_rest_in_its_time_loses_its_power_and_leaves() {
+        let (mut core_loop, now) = braking_with(1);
+        let before = axis(&core_loop).unwrap();
+        let now = run(&mut core_loop, now, 4_999);
+        let braking = axis(&core_loop).unwrap();
+        assert_eq!(braking.state, State::OperationEnabled);
+        assert!(braking.velocity.0 > 0.9 * before.velocity.0, "{braking:?}");
+        assert_eq!(core_loop.core.poll_notice(), None);
+
+        let now = run(&mut core_loop, now, 1);
+
+        assert_eq!(axis(&core_loop).unwrap().state, State::SwitchOnDisabled);
+        assert_eq!(core_loop.core.poll_notice(), Some((0, Notice::PowerCut)));
+        let now = run(&mut core_loop, now, 2);
+        let coasting = axis(&core_loop).unwrap();
+        assert!(coasting.velocity.0 > 0.9 * braking.velocity.0, "no jump: {coasting:?}");
+        // Nobody switches it on again.
+        for controlword in [6, 7, 15] {
+            let write = [(Address::new(0x6040, 0), vec![controlword, 0])];
+            core_loop.core.write(now, 0, 0, &write, Authority::Owner).unwrap();
+        }
+        let now = run(&mut core_loop, now, 97);
+        assert_eq!(axis(&core_loop).unwrap().state, State::SwitchOnDisabled, "masters can see it");
+        run(&mut core_loop, now, 1);
+        assert!(axis(&core_loop).is_none() && matches!(core_loop.reloads.stage, Stage::Idle));
+    }
+
+    #[test]
+    fn an_axis_that_comes_to_rest_in_time_keeps_its_power_until_then() {
+        let (mut core_loop, mut now) = braking_with(1_000);
+        while axis(&core_loop).unwrap().state == State::OperationEnabled {
+            now = run(&mut core_loop, now, 1);
+        }
+        let end = axis(&core_loop).unwrap();
+        assert!(end.velocity.0.abs() < 100.0, "it was at rest before: {end:?}");
+        run(&mut core_loop, now, 5_000);
+        assert!(axis(&core_loop).is_none());
+        assert!(core::iter::from_fn(|| core_loop.core.poll_notice()).all(|(_, n)| n != Notice::PowerCut));
     }
 }

@@ -38,8 +38,12 @@ pub(crate) struct Link {
     pub(crate) name: String,
     /// The interface, unless the bus is virtual.
     pub(crate) interface: Option<SocketCan>,
-    /// Clients of the socketcand server, if the bus has one.
+    /// Clients of socketcand and the ASCII gateway, if the bus has either.
     pub(crate) clients: Option<broadcast::Sender<Passed>>,
+    /// It has socketcand, whose clients hear every frame at any time.
+    has_socketcand: bool,
+    /// The ASCII gateway has clients, who hear every frame.
+    is_heard: bool,
     /// Frames from outside.
     pub(crate) received: u64,
     /// Frames of our nodes.
@@ -57,7 +61,21 @@ impl Link {
     pub(crate) fn new(id: LinkId, name: &str, interface: Option<SocketCan>) -> Self {
         let (name, load, taps) = (name.to_owned(), Load::default(), Vec::new());
         let (place, clients, kinds) = (usize::from(id.0), None, Default::default());
-        Self { id, place, name, interface, clients, received: 0, sent: 0, load, taps, kinds }
+        let (has_socketcand, is_heard) = (false, false);
+        Self {
+            id,
+            place,
+            name,
+            interface,
+            clients,
+            has_socketcand,
+            is_heard,
+            received: 0,
+            sent: 0,
+            load,
+            taps,
+            kinds,
+        }
     }
 
     /// What is at the number of a bus that has gone, until another one gets it.
@@ -77,11 +95,17 @@ impl Link {
     }
 
     /// Lets clients hear it, or none; an interface is then listened to accordingly with the next subscription.
-    pub(crate) fn set_clients(&mut self, clients: Option<broadcast::Sender<Passed>>) {
-        if let Some(interface) = &mut self.interface {
-            interface.set_hears_all(clients.is_some());
-        }
-        self.clients = clients;
+    pub(crate) fn set_clients(&mut self, clients: Option<broadcast::Sender<Passed>>, has_socketcand: bool) {
+        (self.clients, self.has_socketcand) = (clients, has_socketcand);
+        self.set_heard(self.is_heard);
+    }
+
+    /// Takes note that the ASCII gateway has clients, or none any more. Whether an interface is to be listened to otherwise,
+    /// which it is with the next subscription.
+    pub(crate) fn set_heard(&mut self, is_heard: bool) -> bool {
+        self.is_heard = is_heard;
+        let hears_all = self.clients.is_some() && (self.has_socketcand || is_heard);
+        self.interface.as_mut().is_some_and(|interface| interface.set_hears_all(hears_all))
     }
 
     /// Sends a frame of one of our nodes to everybody outside.
@@ -161,5 +185,20 @@ mod tests {
         }
         let listed: Vec<_> = in_order(&links).map(|(position, link)| (position, &*link.name)).collect();
         assert_eq!(listed, [(3, "a"), (0, "b"), (2, "c")]);
+    }
+
+    #[test]
+    fn an_interface_is_heard_for_clients_of_the_gateway_while_there_are_some_and_always_for_socketcand() {
+        let interface = SocketCan::new("none", false, Instant::ZERO);
+        let mut link = Link::new(LinkId(0), "can0", Some(interface));
+        assert!(!link.set_heard(true), "nobody can hear it");
+        link.set_heard(false);
+        link.set_clients(Some(broadcast::Sender::new(1)), false);
+        let changes = [true, true, false, false, true].map(|is_heard| link.set_heard(is_heard));
+        assert_eq!(changes, [true, false, true, false, true]);
+        link.set_clients(Some(broadcast::Sender::new(1)), true);
+        assert!([false, true].map(|is_heard| link.set_heard(is_heard)) == [false; 2], "it is heard anyway");
+        link.set_clients(None, false);
+        assert!(!link.set_heard(false));
     }
 }

@@ -143,15 +143,16 @@ fn start(
     let publisher = (control.is_some() || metrics.is_some()).then_some(publisher);
     let metrics = metrics.map(|listener| (listener, reader.clone()));
     let (inbox, orders) = control::orders(alarm.bell());
-    let inbox = control.is_some().then_some(inbox);
+    let inbox = (control.is_some() || !gateways.listening.is_empty()).then_some(inbox);
     let audit = audit::directory(gateway, storage_directory(gateway).as_deref());
     let operation = Operation { log: Some(dial.clone()), audit, reload };
-    let control = control.map(|listener| (listener, control::ToCore { reader, orders, operation, clock }));
+    let control = control
+        .map(|listener| (listener, control::ToCore { reader, orders: orders.clone(), operation, clock }));
     let (to_core, clients) = ToCore::new(alarm.bell());
     let services = services::serve(|| {
         links.iter().filter_map(Link::gauge).for_each(|(interface, gauge)| measure(interface, &gauge));
         socketcand::serve(core::mem::take(&mut ports.listening), &to_core, clock)?;
-        ascii_gateway::serve(gateways.listening, &to_core, clock)?;
+        ascii_gateway::serve(gateways.listening, &to_core, &orders, clock)?;
         metrics.map_or(Ok(()), |(listener, reader)| metrics::serve(listener, reader))?;
         control.map_or(Ok(()), |(listener, to_core)| control::serve(listener, to_core))
     });
@@ -285,7 +286,8 @@ fn links(gateway: &Gateway, ports: &Ports, clock: Clock) -> Vec<Link> {
     let is_timed = gateway.service.metrics.is_some();
     let link = |(number, bus): (usize, &config::Bus)| {
         let mut link = build::link(bus, LinkId(number as u16), is_timed, clock.now());
-        link.set_clients(ports.served.get(&bus.name).map(|served| served.frames.clone()));
+        let clients = ports.served.get(&bus.name).map(|served| served.frames.clone());
+        link.set_clients(clients, bus.socketcand.is_some());
         link
     };
     gateway.buses.iter().enumerate().map(link).collect()

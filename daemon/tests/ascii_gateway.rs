@@ -9,6 +9,7 @@ use canopen::{Frame, Id};
 use daemon::alarm::Alarm;
 use daemon::ascii_gateway::{Listener, Listening, serve};
 use daemon::clock::Clock;
+use daemon::control::{Errand, Placed, orders};
 use daemon::core::{LinkId, Peer, Sender};
 use daemon::services;
 use daemon::socketcand::{Bus, Inbound, Passed, ToCore};
@@ -23,6 +24,8 @@ struct Server {
     address: SocketAddr,
     bus: Bus,
     inbound: mpsc::Receiver<Inbound>,
+    /// What is asked of the interface: to take every frame, or not.
+    heard: std::sync::mpsc::Receiver<bool>,
     _alarm: Alarm,
 }
 
@@ -35,8 +38,25 @@ impl Server {
         let address = listener.local_addr().unwrap();
         let bus = Bus::new("can0", LinkId(0));
         let listening = Listening { listener: Listener::Tcp(listener), buses: vec![(1, bus.clone())] };
-        services::serve(|| serve(vec![listening], &to_core, Clock::start())).unwrap();
-        Self { address, bus, inbound, _alarm: alarm }
+        let (mut inbox, orders) = orders(alarm.bell());
+        services::serve(|| serve(vec![listening], &to_core, &orders, Clock::start())).unwrap();
+        let (told, heard) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            loop {
+                match inbox.poll() {
+                    None => std::thread::sleep(Duration::from_millis(1)),
+                    Some(Placed { errand: Errand::Hear(task), .. }) => {
+                        let (LinkId(0), is_heard) = task.order else { panic!("{task:?}") };
+                        if told.send(is_heard).is_err() {
+                            return;
+                        }
+                        task.conclude(());
+                    }
+                    Some(other) => panic!("{other:?}"),
+                }
+            }
+        });
+        Self { address, bus, inbound, heard, _alarm: alarm }
     }
 
     fn client(&self) -> Client {
@@ -118,17 +138,20 @@ fn the_bus_is_listened_to_while_there_are_clients() {
     assert_eq!(server.bus.frames.receiver_count(), 0);
     let (mut first, second) = (server.client(), server.client());
     assert_eq!(first.ask("[1] set node 5\n"), "[1] OK\r\n");
-    until("listening", || server.bus.frames.receiver_count() == 1);
+    // What is answered is asked of a bus that is heard.
+    assert_eq!((server.bus.frames.receiver_count(), server.heard.try_iter().collect()), (1, vec![true]));
     server.pass(0x705, &[0]);
     assert_eq!(first.line(), "1 5 BOOT_UP\r\n");
     drop((first, second));
     until("left", || server.bus.frames.receiver_count() == 0);
+    assert_eq!(server.heard.recv_timeout(PATIENCE), Ok(false));
     let mut third = server.client();
     assert_eq!(
         third.ask("[1] start\n"),
         "[1] ERROR:105 #no default node set\r\n",
         "what others set is theirs"
     );
+    assert_eq!(server.heard.try_iter().collect::<Vec<_>>(), [true]);
 }
 
 #[test]

@@ -16,6 +16,7 @@ use tokio::time::{sleep, timeout};
 use super::client::{self, Client};
 use super::{Listener, Listening, Said};
 use crate::clock::Clock;
+use crate::control::{Errand, Orders};
 use crate::core::{LinkId, Peer, Sender};
 use crate::services;
 use crate::socketcand::{Bus, Inbound, Passed, ToCore};
@@ -24,6 +25,8 @@ use crate::socketcand::{Bus, Inbound, Passed, ToCore};
 const MAX_CLIENTS: usize = 16;
 /// What may wait for the engine's task: frames of a bus and lines of clients.
 const QUEUE: usize = 1024;
+/// How soon the core is asked again that has not answered.
+const RETRY: Duration = Duration::from_millis(100);
 /// The sender of what a gateway puts on a bus: clients of socketcand have numbers from 1.
 const GATEWAY: u64 = u64::MAX;
 
@@ -31,7 +34,7 @@ const GATEWAY: u64 = u64::MAX;
 ///
 /// # Errors
 /// The runtime does not take a socket.
-pub fn serve(listening: Vec<Listening>, to_core: &ToCore, clock: Clock) -> io::Result<()> {
+pub fn serve(listening: Vec<Listening>, to_core: &ToCore, orders: &Orders, clock: Clock) -> io::Result<()> {
     for Listening { listener, buses } in listening {
         let door = match listener {
             Listener::Tcp(listener) => Door::Tcp(TcpListener::from_std(listener)?),
@@ -42,8 +45,10 @@ pub fn serve(listening: Vec<Listening>, to_core: &ToCore, clock: Clock) -> io::R
         let bus = |(number, bus): (u16, Bus)| (number, (bus.link, bus.frames.downgrade()));
         let buses = buses.into_iter().map(bus).collect();
         let (clients, hearers) = (BTreeMap::new(), JoinSet::new());
-        let to_core = to_core.clone();
-        let server = Server { engine, buses, clients, hearers, said: said.clone(), to_core, clock };
+        let (to_core, orders) = (to_core.clone(), orders.clone());
+        let (said_too, is_listening) = (said.clone(), false);
+        let server =
+            Server { engine, buses, clients, hearers, is_listening, said: said_too, to_core, orders, clock };
         tokio::spawn(server.run(inbox));
         tokio::spawn(accept(door, said));
     }
@@ -110,8 +115,10 @@ struct Server {
     clients: BTreeMap<u64, Client>,
     /// Who passes the frames of the buses on, while there are clients.
     hearers: JoinSet<()>,
+    is_listening: bool,
     said: mpsc::Sender<Said>,
     to_core: ToCore,
+    orders: Orders,
     clock: Clock,
 }
 
@@ -119,22 +126,16 @@ impl Server {
     async fn run(mut self, mut inbox: mpsc::Receiver<Said>) {
         loop {
             let said = match self.engine.poll_timeout() {
-                None => inbox.recv().await,
-                Some(due) => {
-                    let left = due.saturating_since(self.clock.now());
-                    match timeout(left, inbox.recv()).await {
-                        Ok(said) => said,
-                        Err(_) => {
-                            self.engine.handle_timeout(self.clock.now());
-                            self.flush().await;
-                            continue;
-                        }
-                    }
-                }
+                None => Ok(inbox.recv().await),
+                Some(due) => timeout(due.saturating_since(self.clock.now()), inbox.recv()).await,
             };
-            let Some(said) = said else { return };
-            self.hear(said);
+            match said {
+                Ok(Some(said)) => self.hear(said),
+                Ok(None) => return,
+                Err(_) => self.engine.handle_timeout(self.clock.now()),
+            }
             self.flush().await;
+            self.follow_clients().await;
         }
     }
 
@@ -142,9 +143,6 @@ impl Server {
         let now = self.clock.now();
         match said {
             Said::Came(client) => {
-                if self.clients.is_empty() {
-                    self.listen();
-                }
                 self.engine.connect(client.number);
                 self.clients.insert(client.number, client);
             }
@@ -156,6 +154,21 @@ impl Server {
             }
             Said::Left(client) => self.part(client),
             Said::Frame(bus, frame) => self.engine.handle_frame(now, bus, &frame),
+        }
+    }
+
+    /// Listens to the buses as long as there are clients: what they say is done when everything is heard.
+    async fn follow_clients(&mut self) {
+        let is_wanted = !self.clients.is_empty();
+        if core::mem::replace(&mut self.is_listening, is_wanted) == is_wanted {
+            return;
+        }
+        match is_wanted {
+            true => self.listen(),
+            false => self.hearers = JoinSet::new(),
+        }
+        for (link, frames) in self.buses.values() {
+            self.set_heard(*link, frames, is_wanted).await;
         }
     }
 
@@ -178,12 +191,17 @@ impl Server {
         }
     }
 
+    /// Lets the core take every frame of a bus from its interface, or only what our nodes listen to.
+    async fn set_heard(&self, link: LinkId, frames: &broadcast::WeakSender<Passed>, is_heard: bool) {
+        // Others order as much as there is room for.
+        while frames.strong_count() > 0 && self.orders.place(Errand::Hear, (link, is_heard)).await.is_err() {
+            sleep(RETRY).await;
+        }
+    }
+
     fn part(&mut self, client: u64) {
         self.clients.remove(&client);
         self.engine.disconnect(self.clock.now(), client);
-        if self.clients.is_empty() {
-            self.hearers = JoinSet::new();
-        }
     }
 
     fn tell(&mut self, client: u64, told: Told) {

@@ -38,6 +38,8 @@ pub enum Errand {
     Watch(Task<(Option<String>, Tap), Result<Vec<Watched>, String>>),
     /// Somebody has stopped watching.
     Unwatch(Task<(), ()>),
+    /// The ASCII gateway has clients that hear this bus, or none any more.
+    Hear(Task<(LinkId, bool), ()>),
 }
 
 /// Objects to be written and read, and what comes of it.

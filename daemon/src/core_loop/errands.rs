@@ -85,6 +85,11 @@ impl CoreLoop {
                 self.unwatch(now);
                 task.conclude(());
             }
+            Errand::Hear(task) => {
+                let (link, is_heard) = task.order;
+                self.set_heard(now, link, is_heard);
+                task.conclude(());
+            }
         }
     }
 
@@ -236,6 +241,14 @@ impl CoreLoop {
     fn set_watched(&mut self, now: Instant, position: usize, is_watched: bool) {
         let interface = self.links.get_mut(position).and_then(|link| link.interface.as_mut());
         if interface.is_some_and(|interface| interface.set_watched(is_watched)) {
+            self.subscribe(now, position);
+        }
+    }
+
+    /// The same for the clients of the ASCII gateway.
+    fn set_heard(&mut self, now: Instant, link: LinkId, is_heard: bool) {
+        let position = usize::from(link.0);
+        if self.links.get_mut(position).is_some_and(|link| link.set_heard(is_heard)) {
             self.subscribe(now, position);
         }
     }

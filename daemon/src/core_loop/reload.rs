@@ -123,9 +123,9 @@ impl CoreLoop {
                 for (place, LinkId(link)) in order.into_iter().enumerate() {
                     self.links.get_mut(usize::from(link)).into_iter().for_each(|link| link.place = place);
                 }
-                for (LinkId(link), clients) in clients {
+                for (LinkId(link), clients, has_socketcand) in clients {
                     if let Some(known) = self.links.get_mut(usize::from(link)) {
-                        known.set_clients(clients);
+                        known.set_clients(clients, has_socketcand);
                         self.subscribe(now, usize::from(link));
                     }
                 }
@@ -173,7 +173,7 @@ impl CoreLoop {
     fn open_link(&mut self, now: Instant, new: NewLink) -> Option<(String, Arc<Gauge>)> {
         let NewLink { id, bus, is_timed, clients } = new;
         let mut link = build::link(&bus, id, is_timed, now);
-        link.set_clients(clients);
+        link.set_clients(clients, bus.socketcand.is_some());
         let gauge = link.gauge();
         let position = usize::from(id.0);
         self.core.open_link(id);

@@ -143,9 +143,9 @@ impl SocketCan {
         core::mem::replace(&mut self.is_watched, is_watched) != is_watched
     }
 
-    /// Takes every frame, or only those subscribed to, once [`SocketCan::subscribe`] is called.
-    pub(crate) fn set_hears_all(&mut self, hears_all: bool) {
-        self.hears_all = hears_all;
+    /// Takes every frame, or only those subscribed to, once [`SocketCan::subscribe`] is called. Whether that is a change.
+    pub(crate) fn set_hears_all(&mut self, hears_all: bool) -> bool {
+        core::mem::replace(&mut self.hears_all, hears_all) != hears_all
     }
 
     /// When [`SocketCan::open`] (if it is not open) or [`SocketCan::flush`] is to be called next.

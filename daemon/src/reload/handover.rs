@@ -37,8 +37,8 @@ pub(crate) enum Done {
 pub(crate) struct Arrivals {
     /// New buses.
     pub(crate) links: Vec<NewLink>,
-    /// Who hears buses by socketcand that stay.
-    pub(crate) clients: Vec<(LinkId, Option<broadcast::Sender<Passed>>)>,
+    /// Who hears buses that stay, and whether any by socketcand.
+    pub(crate) clients: Vec<(LinkId, Option<broadcast::Sender<Passed>>, bool)>,
     /// Devices, each with what Modbus clients see of it.
     pub(crate) units: VecDeque<(Unit, Option<ModbusPlan>)>,
     pub(crate) adjustments: Vec<Adjustment>,

@@ -200,7 +200,7 @@ impl Reloader {
             if changes.buses_added.contains(&position) {
                 arrivals.links.push(NewLink { id: *id, bus: bus.clone(), is_timed, clients });
             } else if changes.socketcand {
-                arrivals.clients.push((*id, clients));
+                arrivals.clients.push((*id, clients, bus.socketcand.is_some()));
             }
         }
         for device in changes.adjusted.iter().filter_map(|device| next.devices.get(*device)) {

@@ -1,9 +1,11 @@
 //! What the kernel keeps away from the daemon.
 
 use std::fmt::Write as _;
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpStream;
 use std::time::Instant;
 
-use tests::{Bus, Daemon, PATIENCE, TempDir, Vcan, Wire, config};
+use tests::{Bus, Daemon, PATIENCE, TempDir, Vcan, Wire, config, free_port};
 
 use crate::READ_DEVICE_TYPE;
 use crate::watching::number;
@@ -22,6 +24,40 @@ fn foreign_traffic_does_not_reach_as_many_nodes_as_there_are_ids() {
     // TPDOs and what else the nodes send themselves, NMT error control aside, which is a request when it is remote.
     let bases = [0x080, 0x180, 0x280, 0x380, 0x480, 0x580];
     assert_kept_away(127, bases.into_iter().flat_map(|base| base + 1..=base + 127));
+}
+
+#[test]
+fn foreign_traffic_reaches_a_bus_with_a_gateway_only_while_that_has_clients() {
+    let (interface, port) = (Vcan::new(), free_port());
+    let config = config(Bus::Interface(&interface), &[("n1", REFERENCE, 1)]);
+    let gateway = format!("[[bus]]\ngateway = \"127.0.0.1:{port}\"\n");
+    let daemon = Daemon::start(&config.replacen("[[bus]]\n", &gateway, 1));
+    let mut wire = Wire::on(&interface);
+    let socket = daemon.socket();
+    // Frames arrive in the order in which they were sent: whether the one before a request was received.
+    let mut is_heard = || {
+        let before = number(&socket, "received");
+        wire.send("7E0#0102");
+        let _ = wire.ask(READ_DEVICE_TYPE, "581");
+        loop {
+            match number(&socket, "received") - before {
+                0 => {}
+                received => return received == 2,
+            }
+        }
+    };
+    assert!(!is_heard(), "nobody is connected");
+    let mut client = BufReader::new(TcpStream::connect(("127.0.0.1", port)).expect("it listens"));
+    client.get_mut().write_all(b"[1] set node 1\n").expect("it takes lines");
+    let mut answer = String::new();
+    client.read_line(&mut answer).expect("it answers");
+    assert_eq!(answer, "[1] OK\r\n");
+    assert!(is_heard());
+    drop(client);
+    let deadline = Instant::now() + PATIENCE;
+    while is_heard() {
+        assert!(Instant::now() < deadline, "it is heard without clients");
+    }
 }
 
 /// Of foreign data frames none, and of others all reach `nodes` nodes.

@@ -43,7 +43,7 @@ use notices::{MAX_NOTICES, clear, note, raise};
 use slots::Slots;
 use time::Telling;
 use unit::Member;
-use wire::{Passing, others, put_on_wire};
+use wire::{MAX_PASSING, Passing, put_on_wire};
 
 pub use access::{Authority, LOCAL, WriteRefused};
 pub use audit::{Again, AuditEntry, Item, What};
@@ -86,11 +86,6 @@ pub struct PlanError {
     /// What is wrong.
     pub reason: NodeError,
 }
-
-/// Frames that may pass the wires in one wake-up, and how long the rest then waits: more than the fastest classic
-/// CAN bus carries, so only nodes that answer each other without end ever meet it.
-const MAX_PASSING: usize = 1024;
-const PAUSE: Duration = Duration::from_millis(20);
 
 /// Where a number of the routers leads: to a node by its position in a unit.
 #[derive(Clone, Copy, Debug)]
@@ -304,37 +299,6 @@ impl Core {
         self.pass(now);
     }
 
-    /// Lets what is on the wires reach our nodes, and what they answer to it.
-    fn pass(&mut self, now: Instant) {
-        if self.resume.is_some_and(|resume| now < resume) {
-            return;
-        }
-        self.resume = None;
-        for _ in 0..MAX_PASSING {
-            let Some(passing) = self.wire.pop_front() else { return };
-            self.deliver(now, &passing);
-        }
-        self.resume = (!self.wire.is_empty()).then(|| now + PAUSE);
-    }
-
-    fn deliver(&mut self, now: Instant, passing: &Passing) {
-        let mut hearers = core::mem::take(&mut self.hearers);
-        hearers.clear();
-        hearers.extend(others(&self.routers, passing.link, passing.frame.id, passing.sender));
-        self.note_network(now, passing, &hearers);
-        let peer = core::mem::replace(&mut self.audit.peer, passing.sender.peer());
-        for hearer in &hearers {
-            self.hear(now, usize::from(*hearer), &passing.frame);
-        }
-        self.audit.peer = peer;
-        for hearer in &hearers {
-            if let Some(Hearer { unit, .. }) = self.members.get(usize::from(*hearer)).copied() {
-                self.speak(now, unit);
-            }
-        }
-        self.hearers = hearers;
-    }
-
     fn hear(&mut self, now: Instant, hearer: usize, frame: &Frame) {
         let Some(Hearer { unit, position }) = self.members.get(hearer).copied() else { return };
         if self.deadlines.is_due(unit, now) {
@@ -467,20 +431,5 @@ impl Core {
         let soonest = now + Duration::from_nanos(1);
         self.deadlines.set(unit, deadline.map(|deadline| deadline.max(soonest)));
         has_events
-    }
-
-    /// Queues what the nodes of a device have to send.
-    fn send(&mut self, unit: usize) {
-        let Self { units, routers, outbox, wire, dropped_on_wire, .. } = self;
-        for Member { node, number, link, .. } in units.get_mut(unit).into_iter().flat_map(|u| &mut u.members)
-        {
-            let (link, sender) = (*link, Sender::Member(*number));
-            while let Some(frame) = node.poll_transmit() {
-                outbox.push_back((link, frame));
-                if others(routers, link, frame.id, sender).next().is_some() {
-                    put_on_wire(wire, dropped_on_wire, Passing { link, sender, frame });
-                }
-            }
-        }
     }
 }

@@ -8,7 +8,7 @@
 //! * What is due on a device before it hears a frame runs before it hears it. So the raster steps of an axis lie
 //!   between frames where their times say, however late the loop woke up.
 //! * All nodes that listen to a frame hear it before the first of them answers: after a SYNC all samples are of
-//!   one moment.
+//!   one moment. But a reset of a whole network, which takes its time, reaches a few nodes at a time, and other frames wait.
 //! * A frame that one of our nodes sends reaches our other nodes on that link as on a wire, in bus order, because
 //!   the kernel does not hand a socket its own frames.
 
@@ -19,6 +19,7 @@ mod modbus;
 mod notices;
 mod ownership;
 mod plant;
+mod reset;
 mod slots;
 mod storage;
 mod time;
@@ -40,6 +41,7 @@ use audit::Audit;
 use deadlines::Deadlines;
 use modbus::Modbus;
 use notices::{MAX_NOTICES, clear, note, raise};
+use reset::Resetting;
 use slots::Slots;
 use time::Telling;
 use unit::Member;
@@ -87,6 +89,9 @@ pub struct PlanError {
     pub reason: NodeError,
 }
 
+/// The shortest time: what is due then comes after what else is due, and does not keep the caller from its other duties.
+const SOON: Duration = Duration::from_nanos(1);
+
 /// Where a number of the routers leads: to a node by its position in a unit.
 #[derive(Clone, Copy, Debug)]
 struct Hearer {
@@ -102,11 +107,16 @@ pub struct Core {
     routers: Vec<Router>,
     deadlines: Deadlines,
     wire: VecDeque<Passing>,
-    /// When the wires carry frames again, if too many were under way.
+    /// When the wires carry frames again, if many are under way.
     resume: Option<Instant>,
+    /// Frames that have passed on end.
+    passed: usize,
     hearers: Vec<u16>,
+    resetting: Option<Resetting>,
     outbox: VecDeque<(LinkId, Frame)>,
     resubscribed: Vec<LinkId>,
+    /// Nodes of which the communication objects may have changed, by link and device.
+    changed: Vec<(LinkId, usize)>,
     notices: VecDeque<(usize, Notice)>,
     /// Devices with an order to store that nobody has fetched.
     orders: VecDeque<usize>,
@@ -131,9 +141,12 @@ impl Core {
             deadlines: Deadlines::new(plans.len()),
             wire: VecDeque::with_capacity(MAX_PASSING),
             resume: None,
+            passed: 0,
             hearers: Vec::with_capacity(plans.len()),
+            resetting: None,
             outbox: VecDeque::with_capacity(MAX_PASSING),
             resubscribed: Vec::with_capacity(usize::from(links)),
+            changed: Vec::with_capacity(plans.len()),
             notices: VecDeque::with_capacity(MAX_NOTICES),
             orders: VecDeque::new(),
             telling: Telling::default(),
@@ -249,9 +262,20 @@ impl Core {
         self.resubscribed.pop()
     }
 
+    /// The next link and device whose node there may hear and send other identifiers now.
+    pub fn poll_changed(&mut self) -> Option<(LinkId, usize)> {
+        self.changed.pop()
+    }
+
     /// The next notice, and the position of the device it concerns.
     pub fn poll_notice(&mut self) -> Option<(usize, Notice)> {
         self.notices.pop_front()
+    }
+
+    /// Whether [`Core::poll_notice`] gives one.
+    #[must_use]
+    pub fn has_notices(&self) -> bool {
+        !self.notices.is_empty()
     }
 
     /// Every identifier that our nodes on `link` listen to.
@@ -331,7 +355,7 @@ impl Core {
     /// happened to it.
     fn settle(&mut self, now: Instant, unit: usize) {
         self.note_commands(now, unit);
-        let Self { units, routers, resubscribed, notices, counters, .. } = self;
+        let Self { units, routers, resubscribed, changed, notices, counters, .. } = self;
         let Some(Unit { device, members, .. }) = units.get_mut(unit) else { return };
         let mut ordered = Vec::new();
         if device.dictionary().has_written() {
@@ -381,6 +405,9 @@ impl Core {
                         if !resubscribed.contains(link) {
                             resubscribed.push(*link);
                         }
+                        if !changed.contains(&(*link, unit)) {
+                            changed.push((*link, unit));
+                        }
                         None
                     }
                     Event::Storage(order) => {
@@ -427,9 +454,8 @@ impl Core {
             }
         }
         self.send(unit);
-        // A deadline that stays in the past must not keep the caller from its other duties.
-        let soonest = now + Duration::from_nanos(1);
-        self.deadlines.set(unit, deadline.map(|deadline| deadline.max(soonest)));
+        // It may stay in the past.
+        self.deadlines.set(unit, deadline.map(|deadline| deadline.max(now + SOON)));
         has_events
     }
 }

@@ -102,8 +102,11 @@ fn nodes_that_answer_each_other_for_ever_stop_nobody() {
     bench.write(1, 0x607A, 0, &[1, 0, 0, 0]);
     bench.write(2, 0x607A, 0, &[2, 0, 0, 0]);
 
+    // A few at a time, after which whatever else is due has its turn, and then a pause.
     let frames = bench.send("000#0100").len();
-    assert!((1000..1100).contains(&frames), "{frames} frames in one turn");
+    assert!((16..32).contains(&frames), "{frames} frames in one turn");
+    let frames = frames + bench.run(Duration::from_millis(1)).len();
+    assert!((1000..1100).contains(&frames), "{frames} frames on end");
 
     // The same a second later, and nobody else is kept waiting for long.
     let frames = bench.run(Duration::from_secs(1)).len();
@@ -341,6 +344,36 @@ fn an_emergency_of_another_node_is_a_notice() {
     };
     let expected = [tells(2, 0x8210, 0x11, [1, 0, 1, 0, 0]), tells(5, 0x4310, 9, [1, 2, 3, 4, 5])];
     assert_eq!(notices(&mut bench), expected);
+}
+
+#[test]
+fn a_reset_of_a_whole_network_reaches_some_nodes_at_a_time_and_what_is_due_comes_between() {
+    let mut bench = Bench::new(&[&[(0, 1)], &[(0, 2)], &[(0, 3)]]);
+    let boot_ups = |sent: &[String]| sent.iter().filter(|frame| frame.starts_with('7')).count();
+
+    let first = bench.send("000#8100");
+    assert_eq!(boot_ups(&first), 2, "{first:?}");
+    // What follows on the network waits until all have heard it.
+    assert_eq!(bench.send("601#4000100000000000"), [""; 0]);
+
+    bench.now = bench.now + Duration::from_nanos(1);
+    assert!(bench.core.poll_timeout().is_some_and(|deadline| deadline <= bench.now));
+    bench.core.handle_timeout(bench.now);
+    let last = bench.sent_on(LINK);
+    assert_eq!(boot_ups(&last), 1, "{last:?}");
+    bench.now = bench.now + Duration::from_nanos(1);
+    bench.core.handle_timeout(bench.now);
+    let answer = bench.sent_on(LINK);
+    assert!(answer[0].starts_with("581#43001000"), "{answer:?}");
+}
+
+#[test]
+fn a_node_that_leaves_in_the_midst_of_a_reset_of_its_network_has_no_part_in_it() {
+    let mut bench = Bench::new(&[&[(0, 1)], &[(0, 2)], &[(0, 3)]]);
+    assert_eq!(bench.send("000#8200").iter().filter(|frame| frame.starts_with('7')).count(), 2);
+    assert!(bench.core.leave(2).is_some());
+    assert_eq!(bench.run(Duration::from_millis(1)), [""; 0]);
+    assert!(bench.send("601#4000100000000000")[0].starts_with("581#43001000"));
 }
 
 #[test]

@@ -129,6 +129,8 @@ impl Core {
             let own = self.wire.iter_mut().filter(|passing| passing.sender == Sender::Member(*number));
             own.for_each(|passing| passing.sender = Sender::Bus);
         }
+        let gone = |hearer: &u16| unit.members.iter().any(|member| member.number == *hearer);
+        self.resetting.iter_mut().for_each(|resetting| resetting.hearers.retain(|hearer| !gone(hearer)));
         self.deadlines.set(device, None);
         self.orders.retain(|ordering| *ordering != device);
         self.notices.retain(|(about, _)| *about != device);

@@ -1,4 +1,4 @@
-//! Frames on their way to our nodes, and who has sent them.
+//! The wires: frames on their way to our nodes, from the bus and from each other, and who has sent them.
 
 use core::time::Duration;
 use std::collections::VecDeque;
@@ -6,10 +6,13 @@ use std::collections::VecDeque;
 use canopen::{Frame, Id, Router};
 use od::Instant;
 
+use super::reset::{self, Resetting, resets_all};
 use super::unit::Member;
-use super::{Core, Hearer, LinkId, Peer};
+use super::{Core, Hearer, LinkId, Peer, SOON};
 
-/// Frames that may pass the wires in one wake-up, and how long the rest then waits: more than the fastest classic
+/// Frames that pass the wires before everything else that is due has its turn again.
+const PASSING_AT_ONCE: usize = 16;
+/// Frames that may pass the wires on end, and how long the rest then waits: more than the fastest classic
 /// CAN bus carries, so only nodes that answer each other without end ever meet it.
 pub(super) const MAX_PASSING: usize = 1024;
 const PAUSE: Duration = Duration::from_millis(20);
@@ -43,7 +46,7 @@ impl Sender {
 }
 
 /// A frame on its way to our nodes.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Passing {
     pub(super) link: LinkId,
     pub(super) sender: Sender,
@@ -57,11 +60,21 @@ impl Core {
             return;
         }
         self.resume = None;
-        for _ in 0..MAX_PASSING {
-            let Some(passing) = self.wire.pop_front() else { return };
+        for _ in 0..PASSING_AT_ONCE {
+            if self.resetting.is_some() {
+                return self.reset_some(now);
+            }
+            let Some(passing) = self.wire.pop_front() else { break };
             self.deliver(now, &passing);
+            self.passed += 1;
         }
-        self.resume = (!self.wire.is_empty()).then(|| now + PAUSE);
+        if self.wire.is_empty() && self.resetting.is_none() {
+            self.passed = 0;
+            return;
+        }
+        let pause = if self.passed < MAX_PASSING { SOON } else { PAUSE };
+        self.passed %= MAX_PASSING;
+        self.resume = Some(now + pause);
     }
 
     fn deliver(&mut self, now: Instant, passing: &Passing) {
@@ -69,17 +82,25 @@ impl Core {
         hearers.clear();
         hearers.extend(others(&self.routers, passing.link, passing.frame.id, passing.sender));
         self.note_network(now, passing, &hearers);
-        let peer = core::mem::replace(&mut self.audit.peer, passing.sender.peer());
-        for hearer in &hearers {
-            self.hear(now, usize::from(*hearer), &passing.frame);
-        }
-        self.audit.peer = peer;
-        for hearer in &hearers {
-            if let Some(Hearer { unit, .. }) = self.members.get(usize::from(*hearer)).copied() {
-                self.speak(now, unit);
+        if hearers.len() > reset::AT_ONCE && resets_all(&passing.frame) {
+            let hearers = hearers.iter().copied().collect();
+            self.resetting = Some(Resetting { passing: *passing, hearers });
+        } else {
+            let peer = core::mem::replace(&mut self.audit.peer, passing.sender.peer());
+            for hearer in &hearers {
+                self.hear(now, usize::from(*hearer), &passing.frame);
             }
+            self.audit.peer = peer;
+            hearers.iter().for_each(|hearer| self.speak_for(now, *hearer));
         }
         self.hearers = hearers;
+    }
+
+    /// Queues what a node and its device have to say, now that it has heard something.
+    pub(super) fn speak_for(&mut self, now: Instant, hearer: u16) {
+        if let Some(Hearer { unit, .. }) = self.members.get(usize::from(hearer)).copied() {
+            self.speak(now, unit);
+        }
     }
 
     /// Queues what the nodes of a device have to send.

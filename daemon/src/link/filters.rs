@@ -43,7 +43,9 @@ fn cover(exact: BTreeSet<Filter>, room: usize) -> Vec<Filter> {
         return exact.into_iter().collect();
     }
     let bits = || (0..EXTENDED_MASK.count_ones()).map(|bit| 1 << bit);
-    let joined = bits().fold(exact, |filters, bit| join(&filters, bit));
+    // Bits that none of them looks at, those of extended identifiers for the most part, join nothing.
+    let used = exact.iter().fold(0, |used, filter| used | filter.mask);
+    let joined = bits().filter(|bit| used & bit != 0).fold(exact, |filters, bit| join(&filters, bit));
     (1..=EXTENDED_MASK.count_ones())
         .fold(joined.into_iter().collect(), |filters, free| widen(filters, free, room))
 }

@@ -60,6 +60,15 @@ pub(crate) enum Received {
     State(BusState),
 }
 
+/// What the kernel is to deliver.
+#[derive(Debug, PartialEq, Eq)]
+enum Subscription {
+    /// Every frame.
+    All,
+    /// Those with these identifiers.
+    Ids(Vec<Id>),
+}
+
 /// See the module's documentation.
 #[derive(Debug)]
 pub(crate) struct SocketCan {
@@ -72,6 +81,8 @@ pub(crate) struct SocketCan {
     hears_all: bool,
     /// Whether somebody watches the bus, so that every frame is taken.
     is_watched: bool,
+    /// What the kernel delivers to the open socket, if that was said.
+    subscribed: Option<Subscription>,
     gauge: Arc<Gauge>,
     /// What the controller told last.
     state: BusState,
@@ -91,6 +102,7 @@ impl SocketCan {
             headers: MultiHeaders::preallocate(BATCH, None),
             hears_all,
             is_watched: false,
+            subscribed: None,
             gauge: Arc::default(),
             state: BusState::Active,
             losses: Losses::default(),
@@ -166,6 +178,7 @@ impl SocketCan {
             sys::stamp_arrivals(&socket)?;
         }
         self.socket = Some(socket);
+        self.subscribed = None;
         self.state = BusState::Active;
         self.deadline = None;
         Ok(())
@@ -180,14 +193,24 @@ impl SocketCan {
     }
 
     /// Makes the kernel deliver the frames with these identifiers, and others only as far as [`filters`] cannot keep them out.
+    /// If it does already, as after most resets of nodes, nothing is done: with many identifiers that takes its time.
     pub(crate) fn subscribe(&mut self, ids: impl Iterator<Item = Id>) -> io::Result<()> {
         let Some(socket) = &self.socket else { return Ok(()) };
-        if self.hears_all || self.is_watched {
-            return socket.set_filter_accept_all();
+        let hears_all = self.hears_all || self.is_watched;
+        let wanted = if hears_all { Subscription::All } else { Subscription::Ids(ids.collect()) };
+        if self.subscribed.as_ref() == Some(&wanted) {
+            return Ok(());
         }
-        let filters: Vec<CanFilter> =
-            filters(ids).into_iter().map(|Filter { id, mask }| CanFilter::new(id, mask)).collect();
-        socket.set_filters(&filters)
+        match &wanted {
+            Subscription::All => socket.set_filter_accept_all()?,
+            Subscription::Ids(ids) => {
+                let filters = filters(ids.iter().copied()).into_iter();
+                let filters: Vec<_> = filters.map(|Filter { id, mask }| CanFilter::new(id, mask)).collect();
+                socket.set_filters(&filters)?;
+            }
+        }
+        self.subscribed = Some(wanted);
+        Ok(())
     }
 
     /// Adds what has come, at most [`BATCH`], to `news`; how long that took, if there was anything.

@@ -2,11 +2,13 @@
 //!
 //! A reader says that it wants one and rings; the core looks at a flag in each of its turns, and only if that is set it
 //! collects the status and puts it in the cell, at most 20 times a second. So while nobody asks there is no lock,
-//! no allocation and no other thread in the path of a frame.
+//! no allocation and no other thread in the path of a frame. The lock of the cell is held for as long as it takes to count a
+//! reference, and the memory of an old status is given back by whoever reads the next one.
 
 use core::time::Duration;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
 
 use od::Instant;
 use tokio::sync::watch;
@@ -19,12 +21,15 @@ use crate::status::Status;
 const PERIOD: Duration = Duration::from_millis(50);
 /// How often a reader asks: for three seconds in all, which covers a core that sleeps in a receiving system call.
 const ATTEMPTS: u32 = 60;
+/// Old statuses that may wait for a reader to give their memory back.
+const MAX_OLD: usize = 4;
 
 /// The core's end.
 #[derive(Debug)]
 pub struct Publisher {
     is_wanted: Arc<AtomicBool>,
-    cell: watch::Sender<Status>,
+    cell: watch::Sender<Arc<Status>>,
+    old: SyncSender<Arc<Status>>,
     not_before: Instant,
 }
 
@@ -32,7 +37,8 @@ pub struct Publisher {
 #[derive(Clone, Debug)]
 pub struct Reader {
     is_wanted: Arc<AtomicBool>,
-    cell: watch::Receiver<Status>,
+    cell: watch::Receiver<Arc<Status>>,
+    old: Arc<Mutex<Receiver<Arc<Status>>>>,
     bell: Bell,
 }
 
@@ -40,9 +46,10 @@ pub struct Reader {
 #[must_use]
 pub fn board(bell: Bell) -> (Publisher, Reader) {
     let is_wanted = Arc::new(AtomicBool::new(false));
-    let (cell, reading) = watch::channel(Status::default());
-    let publisher = Publisher { is_wanted: Arc::clone(&is_wanted), cell, not_before: Instant::ZERO };
-    (publisher, Reader { is_wanted, cell: reading, bell })
+    let (cell, reading) = watch::channel(Arc::default());
+    let (old, waiting) = sync_channel(MAX_OLD);
+    let publisher = Publisher { is_wanted: Arc::clone(&is_wanted), cell, old, not_before: Instant::ZERO };
+    (publisher, Reader { is_wanted, cell: reading, old: Arc::new(Mutex::new(waiting)), bell })
 }
 
 impl Publisher {
@@ -55,7 +62,9 @@ impl Publisher {
     /// Gives everybody who asked this one.
     pub fn publish(&mut self, now: Instant, status: Status) {
         self.not_before = now + PERIOD;
-        self.cell.send_replace(status);
+        let old = self.cell.send_replace(Arc::new(status));
+        // Without room its memory is given back here: readers that ask for so many at a time have not come to it yet.
+        let _ = self.old.try_send(old);
         // Whoever has asked since wants a newer one, and asks again.
         self.is_wanted.store(false, Ordering::SeqCst);
     }
@@ -69,12 +78,22 @@ impl Reader {
             self.is_wanted.store(true, Ordering::SeqCst);
             self.bell.ring();
             match timeout(PERIOD, self.cell.changed()).await {
-                Ok(Ok(())) => return Some(self.cell.borrow_and_update().clone()),
+                Ok(Ok(())) => {
+                    let status = Arc::clone(&self.cell.borrow_and_update());
+                    self.forget_old();
+                    return Some(Status::clone(&status));
+                }
                 Ok(Err(_)) => return None,
                 // It had given one just before, or sleeps.
                 Err(_) => {}
             }
         }
         None
+    }
+
+    /// Gives back the memory of statuses that have been replaced; the core takes no part in this lock.
+    fn forget_old(&self) {
+        let old = self.old.lock();
+        old.into_iter().for_each(|old| old.try_iter().for_each(drop));
     }
 }

@@ -1,13 +1,18 @@
 //! The core thread: it alone owns devices, nodes and links, and nobody else is on the way of a frame.
 //!
 //! One turn: sleep, take what has come, answer it, then do what is due. With a single CAN interface and nothing
-//! due soon it sleeps in the receiving system call itself, so that an answer costs two system calls.
+//! due soon it sleeps in the receiving system call itself, so that an answer costs two system calls. All other work is done
+//! in pieces ([`modbus`], [`chores`]), and after each the loop looks at frames and what is due.
 
+mod chores;
 mod departure;
 mod errands;
+#[cfg(test)]
+mod fixture;
 mod modbus;
 mod reload;
 mod share;
+mod times;
 
 use core::time::Duration;
 use std::io;
@@ -29,18 +34,18 @@ use crate::modbus_tcp::Sockets;
 use crate::reporter::Reporter;
 use crate::service_manager::{ServiceManager, Watchdog};
 use crate::socketcand::Inbound;
-use crate::status;
-use crate::storage::{Done, Storage};
+use crate::storage::Storage;
 use crate::sys::{self, BATCH};
 use crate::wait::{Woken, wait, wake_punctually};
 
+pub(crate) use chores::Collecting;
 use departure::{Departure, Then};
-pub(crate) use modbus::Times;
 pub(crate) use reload::Reloads;
 pub(crate) use share::Share;
+pub(crate) use times::Times;
 
-/// Frames of clients that are taken before everything else has its turn again.
-const CLIENT_BATCH: usize = 64;
+/// Frames that are taken before what is due has its turn again.
+const FRAMES_AT_ONCE: usize = 8;
 /// How much later than [`LONGEST_BLOCK`] a deadline must be for a sleep in the receiving system call, whose
 /// time-out is only as fine as the kernel's tick.
 const MARGIN: Duration = Duration::from_millis(50);
@@ -68,6 +73,7 @@ pub(crate) struct CoreLoop {
     pub(crate) audit: Option<Trail>,
     /// Where the status goes, if there is a control socket.
     pub(crate) publisher: Option<Publisher>,
+    pub(crate) collecting: Collecting,
     /// Where orders come from, if there is a control socket.
     pub(crate) inbox: Option<Inbox>,
     /// Who waits for parameters of a device to be stored.
@@ -102,6 +108,8 @@ impl CoreLoop {
         self.start(now);
         ready();
         self.manager.tell(&[NotifyState::Ready]);
+        now = self.clock.now();
+        self.times.wake(now, false);
         let mut has_backlog = false;
         let mut end = None;
         loop {
@@ -109,7 +117,8 @@ impl CoreLoop {
                 Sleep::InReceive => {
                     let outcome = self.receive(0, Patience::Block, &mut news);
                     now = self.after_receive(now, outcome.as_ref().ok().copied().flatten());
-                    self.take(now, 0, outcome, &mut news);
+                    self.times.wake(now, false);
+                    now = self.take(now, 0, outcome, &mut news);
                 }
                 Sleep::Until(time_out) => {
                     let modbus = self.modbus.as_ref().filter(|_| self.rest(now).is_none());
@@ -118,27 +127,25 @@ impl CoreLoop {
                     self.times.wake(now, has_backlog);
                     for position in links {
                         let outcome = self.receive(position, Patience::Try, &mut news);
-                        self.take(now, position, outcome, &mut news);
+                        now = self.take(now, position, outcome, &mut news);
                     }
-                    self.take_from_sockets(now, modbus);
+                    self.take_from_sockets(modbus);
                 }
             }
+            let begun = now;
             has_backlog = self.take_from_clients(now);
             self.transmit(now);
             self.note_answers(now);
             self.do_what_is_due(now);
             now = self.serve_modbus(now, &mut news);
-            has_backlog |= self.may_serve_modbus(now);
-            has_backlog |= self.carry_out_errands(now);
-            self.serve_storage(now);
-            has_backlog |= end.is_none() && self.reload(now);
+            let has_chores;
+            (now, has_chores) = self.do_chores(now, end.is_some(), &mut news);
+            has_backlog |= has_chores | self.may_serve_modbus(now);
             let is_over = self.stop.load(Ordering::Relaxed) && self.stop_axes(now, &mut end);
-            self.reporter.report(now, &mut self.core, &self.links);
-            self.keep_audit();
-            self.publish(now);
             self.manager.feed_watchdog(now);
-            self.time_turn(now);
+            self.time_turn(begun);
             if is_over {
+                self.tell_all(now);
                 return Ok(());
             }
         }
@@ -184,7 +191,7 @@ impl CoreLoop {
         self.transmit(now);
     }
 
-    fn how_to_sleep(&self, now: Instant, has_backlog: bool, end: Option<Instant>) -> Sleep {
+    fn how_to_sleep(&mut self, now: Instant, has_backlog: bool, end: Option<Instant>) -> Sleep {
         if has_backlog || self.stop.load(Ordering::Relaxed) && end.is_none() {
             return Sleep::Until(Some(Duration::ZERO));
         }
@@ -208,7 +215,10 @@ impl CoreLoop {
             return Sleep::InReceive;
         }
         let deadline = deadline.into_iter().chain(watchdog.map(Watchdog::due)).min();
-        Sleep::Until(deadline.map(|deadline| deadline.saturating_since(self.clock.now())))
+        let Some(deadline) = deadline else { return Sleep::Until(None) };
+        let now = self.clock.now();
+        self.times.sleep(now);
+        Sleep::Until(Some(deadline.saturating_since(now)))
     }
 
     fn receive(
@@ -236,15 +246,21 @@ impl CoreLoop {
         }
     }
 
-    /// Hands what an interface has received to the core.
+    /// Hands what an interface has received to the core. What falls due while that goes on has its turn; the time after that.
     fn take(
         &mut self,
-        now: Instant,
+        mut now: Instant,
         position: usize,
         outcome: io::Result<Option<Duration>>,
         news: &mut Vec<Received>,
-    ) {
-        for news in news.drain(..) {
+    ) -> Instant {
+        for (count, news) in news.drain(..).enumerate() {
+            if count > 0 && count.is_multiple_of(FRAMES_AT_ONCE) {
+                now = self.clock.now();
+                self.times.work(now);
+                self.transmit(now);
+                self.do_what_is_due(now);
+            }
             let Some(link) = self.links.get_mut(position) else { continue };
             match news {
                 Received::Frame(frame) => {
@@ -261,11 +277,12 @@ impl CoreLoop {
         if let Err(error) = outcome {
             self.lose(now, position, &error);
         }
+        now
     }
 
     /// Puts frames of clients on their buses. Whether there may be more.
     fn take_from_clients(&mut self, now: Instant) -> bool {
-        for _ in 0..CLIENT_BATCH {
+        for _ in 0..FRAMES_AT_ONCE {
             let Ok(Inbound { link, client, sender, at, frame }) = self.clients.try_recv() else {
                 return false;
             };
@@ -288,7 +305,9 @@ impl CoreLoop {
     fn try_to_transmit(&mut self, now: Instant) -> bool {
         while let Some(link) = self.core.poll_resubscribed() {
             self.subscribe(now, usize::from(link.0));
-            self.show_nodes(link);
+        }
+        while let Some((link, device)) = self.core.poll_changed() {
+            self.show_node(link, device);
         }
         let mut is_lost = false;
         while let Some((number, frame)) = self.core.poll_transmit() {
@@ -317,7 +336,7 @@ impl CoreLoop {
     fn do_what_is_due(&mut self, now: Instant) {
         let is_due = |deadline: Option<Instant>| deadline.is_some_and(|deadline| deadline <= now);
         if let Some(deadline) = self.core.poll_timeout().filter(|deadline| *deadline <= now) {
-            self.times.lateness.record(now.saturating_since(deadline));
+            self.times.late(now, deadline);
             self.core.handle_timeout(now);
             if self.core.poll_time_wanted()
                 && let Some(time) = TimeOfDay::from_unix(Clock::wall())
@@ -326,61 +345,15 @@ impl CoreLoop {
             }
             self.transmit(now);
         }
-        if let Self { modbus: Some(modbus), core, .. } = self {
-            modbus.handle_timeout(now, core);
-        }
-        for position in 0..self.links.len() {
-            let interface = self.links.get(position).and_then(|link| link.interface.as_ref());
-            if interface.is_some_and(|interface| interface.fd().is_none() && is_due(interface.poll_timeout()))
-            {
-                self.open(now, position);
-                self.transmit(now);
-            }
-        }
-    }
-
-    /// Passes orders to store on, and what became of earlier ones back.
-    fn serve_storage(&mut self, now: Instant) {
-        loop {
-            while let Some((device, parameters)) = self.core.poll_store() {
-                if let Some(name) = self.core.name(device) {
-                    self.storage.submit(device, name, parameters);
-                }
-            }
-            let Some(Done { device, outcome }) = self.storage.poll() else { return };
-            self.reporter.stored(now, &self.core, device, outcome.as_ref().err());
-            let outcome = outcome.map_err(|failure| failure.code());
-            self.core.stored(now, device, outcome);
-            self.conclude_storing(device, outcome);
+        self.modbus.iter_mut().for_each(|modbus| modbus.handle_timeout(now));
+        // One at a time: the others are due at once again.
+        let is_closed = |link: &Link| {
+            let interface = link.interface.as_ref().filter(|interface| interface.fd().is_none());
+            interface.is_some_and(|interface| is_due(interface.poll_timeout()))
+        };
+        if let Some(position) = self.links.iter().position(is_closed) {
+            self.open(now, position);
             self.transmit(now);
-        }
-    }
-
-    /// Hands on what is to be kept of who commanded what.
-    fn keep_audit(&mut self) {
-        let Self { core, audit: Some(audit), .. } = self else { return };
-        while let Some(entry) = core.poll_audit() {
-            audit.submit(entry);
-        }
-        audit.lost_before(core.lost_audit());
-    }
-
-    /// Gives the status to whoever wants it.
-    fn publish(&mut self, now: Instant) {
-        let Self { publisher, core, links, reporter, modbus, times, clients, audit, reloads, .. } = self;
-        if let Some(publisher) = publisher.as_mut().filter(|publisher| publisher.is_wanted(now)) {
-            let around = status::Around {
-                links,
-                reporter,
-                listeners: modbus.as_ref().map_or(&[], Sockets::addresses),
-                answers: &times.answers,
-                lateness: &times.lateness,
-                turns: times.turns.as_ref(),
-                waiting_clients: clients.len(),
-                reload: reloads.last.as_deref(),
-                lost_audit: audit.as_ref().map(Trail::lost),
-            };
-            publisher.publish(now, status::status(now, core, &around));
         }
     }
 

@@ -1,8 +1,8 @@
 //! The sockets of Modbus clients, served by the core thread itself.
 //!
 //! Readiness is asked for once for all sockets, by an epoll descriptor among those that the core thread sleeps on. Those
-//! that are ready wait in a queue; of each one request is served in turn ([`Sockets::serve_next`]), and the core
-//! thread looks at its other duties after each.
+//! that are ready wait in a queue. What is done for them is done in pieces ([`Sockets::serve_next`]), and the core thread looks
+//! at its other duties after each: one request is served, or one client let in, or one connection closed.
 
 mod change;
 mod listen;
@@ -68,6 +68,13 @@ struct Socket {
     number: usize,
     /// When it is listened on again.
     retry: Option<Instant>,
+    is_queued: bool,
+}
+
+impl Socket {
+    fn new(listener: TcpListener, address: SocketAddr, number: usize) -> Self {
+        Self { listener, address, number, retry: None, is_queued: false }
+    }
 }
 
 #[derive(Debug)]
@@ -89,6 +96,15 @@ impl Connection {
     }
 }
 
+/// Who waits for a turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Waiting {
+    /// A client for whatever it has sent.
+    Client(ClientId),
+    /// Clients who want to be let in where this socket listens.
+    Listener(usize),
+}
+
 /// See the module's documentation.
 #[derive(Debug)]
 pub(crate) struct Sockets {
@@ -100,7 +116,7 @@ pub(crate) struct Sockets {
     sockets: Vec<Option<Socket>>,
     /// By the numbers of the clients.
     connections: Vec<Option<Connection>>,
-    ready: VecDeque<ClientId>,
+    ready: VecDeque<Waiting>,
     chunk: Vec<u8>,
 }
 
@@ -125,7 +141,7 @@ impl Sockets {
             for (address, listener) in own.listeners.drain(..) {
                 let event = EpollEvent::new(EpollFlags::EPOLLIN, IS_LISTENER | sockets.len() as u64);
                 epoll.add(&listener, event)?;
-                sockets.push(Some(Socket { listener, address, number, retry: None }));
+                sockets.push(Some(Socket::new(listener, address, number)));
             }
         }
         let (addresses, connections, ready) = (Vec::new(), Vec::new(), VecDeque::new());
@@ -150,25 +166,20 @@ impl Sockets {
         &self.addresses
     }
 
-    /// Whether a client waits to be served.
-    pub(crate) fn has_ready(&self) -> bool {
-        !self.ready.is_empty()
+    /// How many wait for [`Sockets::serve_next`].
+    pub(crate) fn ready(&self, core: &Core) -> usize {
+        core.closed() + self.ready.len()
     }
 
-    /// How many clients wait to be served.
-    pub(crate) fn ready(&self) -> usize {
-        self.ready.len()
-    }
-
-    /// Lets clients in, and queues those that are ready.
-    pub(crate) fn take_events(&mut self, now: Instant, core: &mut Core) {
+    /// Queues what is ready.
+    pub(crate) fn take_events(&mut self) {
         let mut events = [EpollEvent::empty(); EVENTS];
         // An interrupted look is made again.
         let count = self.epoll.wait(&mut events, EpollTimeout::ZERO).unwrap_or(0);
         for event in events.iter().take(count) {
             match event.data() {
                 listener if listener & IS_LISTENER != 0 => {
-                    self.accept(now, core, (listener & !IS_LISTENER) as usize);
+                    self.queue_listener((listener & !IS_LISTENER) as usize);
                 }
                 client => {
                     let client = ClientId(client as u16);
@@ -181,8 +192,8 @@ impl Sockets {
         }
     }
 
-    /// Tries listeners again, and closes connections that the core has given up.
-    pub(crate) fn handle_timeout(&mut self, now: Instant, core: &mut Core) {
+    /// Tries listeners again.
+    pub(crate) fn handle_timeout(&mut self, now: Instant) {
         for position in 0..self.sockets.len() {
             let Some(Some(socket)) = self.sockets.get_mut(position) else { continue };
             if socket.retry.is_some_and(|retry| retry <= now) {
@@ -193,15 +204,24 @@ impl Sockets {
                 }
             }
         }
-        while let Some(client) = core.poll_closed() {
+    }
+
+    /// Does the next piece of work: closes a connection that the core has given up, or lets a client in, or serves one request of
+    /// the client that has waited longest. The core thread looks at its other duties then.
+    pub(crate) fn serve_next(&mut self, now: Instant, core: &mut Core) {
+        if let Some(client) = core.poll_closed() {
             self.flush(core, client);
-            self.close(core, client);
+            return self.close(core, client);
+        }
+        match self.ready.pop_front() {
+            None => {}
+            Some(Waiting::Listener(position)) => self.accept(now, core, position),
+            Some(Waiting::Client(client)) => self.serve(now, core, client),
         }
     }
 
-    /// Serves one request of the client that has waited longest, and queues it again if it has asked for more.
-    pub(crate) fn serve_next(&mut self, now: Instant, core: &mut Core) {
-        let Some(client) = self.ready.pop_front() else { return };
+    /// Serves one request of a client, and queues it again if it has asked for more.
+    fn serve(&mut self, now: Instant, core: &mut Core, client: ClientId) {
         let Some(connection) = self.connection(client) else { return };
         connection.is_queued = false;
         if connection.is_blocked && self.flush(core, client) != Outcome::Done {
@@ -232,13 +252,22 @@ impl Sockets {
         if let Some(connection) = self.connection(client)
             && !core::mem::replace(&mut connection.is_queued, true)
         {
-            self.ready.push_back(client);
+            self.ready.push_back(Waiting::Client(client));
+        }
+    }
+
+    fn queue_listener(&mut self, position: usize) {
+        if let Some(Some(socket)) = self.sockets.get_mut(position)
+            && !core::mem::replace(&mut socket.is_queued, true)
+        {
+            self.ready.push_back(Waiting::Listener(position));
         }
     }
 
     /// Lets one client in; others that wait make the socket ready again.
     fn accept(&mut self, now: Instant, core: &mut Core, position: usize) {
         let Some(Some(socket)) = self.sockets.get_mut(position) else { return };
+        socket.is_queued = false;
         let number = socket.number;
         match socket.listener.accept() {
             Ok((stream, peer)) => self.admit(now, core, number, stream, peer),
@@ -264,8 +293,6 @@ impl Sockets {
             return;
         }
         let Ok(client) = core.connect(now, number, peer, reads_only) else { return };
-        // Its place may be that of the client whom it replaces.
-        self.handle_timeout(now, core);
         let event = EpollEvent::new(WATCHED, client.0.into());
         if self.epoll.add(&stream, event).is_err() {
             core.disconnect(client);
@@ -337,11 +364,173 @@ impl Sockets {
         if let Some(connection) = self.connections.get_mut(usize::from(client.0)) {
             *connection = None;
         }
-        self.ready.retain(|waiting| *waiting != client);
+        self.ready.retain(|waiting| *waiting != Waiting::Client(client));
         core.disconnect(client);
     }
 }
 
 fn is_temporary(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::sync::Arc;
+
+    use ::modbus::{Dialect, WordOrder, tcp_adu};
+    use profiles::{PlantSetup, Profile};
+
+    use super::*;
+    use crate::core::{LinkId, ListenerPlan, ModbusPlan, Plan, WhenFull, identification, map};
+
+    /// A request of every function and dialect, of every kind of mistake, and bytes that are no request.
+    fn messages() -> Vec<Vec<u8>> {
+        let pdus: [&[u8]; 17] = [
+            &[1, 0, 0, 0x07, 0xD0],
+            &[2, 0, 0, 0x07, 0xD0],
+            &[3, 0x10, 0, 0, 125],
+            &[4, 0x10, 0, 0, 125],
+            &[5, 0, 0, 0xFF, 0],
+            &[6, 0x10, 0, 0, 7],
+            &[8, 0, 0, 1, 2],
+            &[15, 0, 0, 0, 8, 1, 0xFF],
+            &[16, 0x10, 0, 0, 2, 4, 0, 0, 0, 0],
+            &[17],
+            &[22, 0x10, 0, 0, 0, 0, 0],
+            &[23, 0x10, 0, 0, 2, 0x10, 0, 0, 2, 4, 0, 0, 0, 0],
+            &[0x2B, 0x0E, 3, 0],
+            &[0x2B, 0x0D, 0, 0, 0, 0x60, 0x41, 0, 0, 0, 0, 2],
+            &[99],
+            &[3, 0x10],
+            &[16, 0x10, 0, 0, 2, 5, 0],
+        ];
+        let mut messages: Vec<_> = pdus.map(|pdu| tcp_adu(7, 1, pdu)).into();
+        let all = messages.concat();
+        // Many of them on end, whole and cut off, after others that are skipped, for nobody, and after which nothing is sure.
+        messages.extend([all.clone(), all.repeat(3), all[..all.len() - 3].to_vec(), tcp_adu(7, 9, &[17])]);
+        messages.push([[0, 1, 0, 9, 0, 2, 1, 3].repeat(100), all].concat());
+        messages.push(vec![0, 1, 0, 0, 0xFF, 0xFF, 1, 3]);
+        messages
+    }
+
+    struct Gateway {
+        core: Core,
+        sockets: Sockets,
+        now: Instant,
+        ports: Vec<SocketAddr>,
+    }
+
+    /// What has been done so far.
+    struct Done {
+        /// By listener and address: clients of different listeners may have one address.
+        requests: BTreeMap<(usize, SocketAddr), u64>,
+        accepted: u64,
+        refused: u64,
+        connections: u64,
+    }
+
+    impl Gateway {
+        /// One listener for many clients, one that gives the place of its only client to the next, one that refuses.
+        fn new() -> Self {
+            let profile = Arc::new(Profile::embedded("cia402-servo", None).unwrap().unwrap());
+            let nodes = vec![(LinkId(0), 1)];
+            let (plant, name) = (PlantSetup::default(), "axis".into());
+            let plan = Plan { name, profile: Arc::clone(&profile), nodes, plant, serial: None };
+            let now = Instant::ZERO;
+            let mut core = Core::new(1, &[plan], now).unwrap();
+            let map = Arc::new(map(&profile, Dialect::Full, WordOrder::LowFirst));
+            let identification = identification(&profile, "axis");
+            core.show_on_modbus(0, ModbusPlan { unit: Some(1), map, identification, timeout: None });
+            let mut listening = Vec::new();
+            for (max_clients, when_full) in
+                [(64, WhenFull::Refuse), (1, WhenFull::Replace), (1, WhenFull::Refuse)]
+            {
+                let idle_timeout = (max_clients > 1).then_some(Duration::from_secs(1));
+                core.add_listener(ListenerPlan {
+                    max_clients,
+                    when_full,
+                    idle_timeout,
+                    ..ListenerPlan::default()
+                });
+                let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+                listener.set_nonblocking(true).unwrap();
+                let listeners = vec![(listener.local_addr().unwrap(), listener)];
+                listening.push(Listening { listeners, allow: Vec::new(), read_only: Vec::new() });
+            }
+            let ports = listening.iter().map(|own| own.listeners[0].0).collect();
+            Self { core, sockets: Sockets::new(listening).unwrap(), now, ports }
+        }
+
+        fn done(&self) -> Done {
+            let counters = || self.core.modbus_listeners();
+            Done {
+                requests: self
+                    .core
+                    .modbus_clients()
+                    .map(|own| ((own.listener, own.peer), own.counters.requests))
+                    .collect(),
+                accepted: counters().map(|own| own.accepted).sum(),
+                refused: counters().map(|own| own.refused).sum(),
+                connections: self.sockets.connections.iter().flatten().count() as u64,
+            }
+        }
+
+        /// What has been done since: requests that were served, clients let in or sent away, connections closed.
+        fn since(&self, before: &Done) -> [u64; 3] {
+            let done = self.done();
+            let served = |(client, count): (&_, &u64)| count - before.requests.get(client).unwrap_or(&0);
+            let (accepted, refused) = (done.accepted - before.accepted, done.refused - before.refused);
+            let closed = before.connections + accepted - done.connections;
+            [done.requests.iter().map(served).sum(), accepted + refused, closed]
+        }
+
+        /// Does what is ready, and sees to it that every piece of it is one thing.
+        fn serve(&mut self, pieces: &mut [u64; 3]) {
+            self.sockets.take_events();
+            self.core.handle_timeout(self.now);
+            self.sockets.handle_timeout(self.now);
+            for _ in 0..self.sockets.ready(&self.core) {
+                let before = self.done();
+                self.sockets.serve_next(self.now, &mut self.core);
+                let done = self.since(&before);
+                // A connection may end with its request.
+                assert!(matches!(done, [0, 0 | 1, 0] | [0 | 1, 0, 0 | 1]), "{done:?}");
+                pieces.iter_mut().zip(done).for_each(|(all, done)| *all += done);
+            }
+        }
+    }
+
+    #[test]
+    fn one_piece_of_work_is_one_request_or_one_client_let_in_or_one_closed() {
+        let (mut gateway, messages) = (Gateway::new(), messages());
+        let mut clients: VecDeque<TcpStream> = VecDeque::new();
+        let mut pieces = [0; 3];
+        for round in 0..400 {
+            let port = gateway.ports[[0, 0, 0, 1, 2][round % 5]];
+            let client = TcpStream::connect(port).unwrap();
+            client.set_nonblocking(true).unwrap();
+            clients.push_back(client);
+            for (number, client) in clients.iter_mut().enumerate() {
+                // One that was sent away takes nothing, and one that reads no answers is not read from in the end.
+                let _ = client.write_all(&messages[(round + 5 * number) % messages.len()]);
+            }
+            // Some leave in the midst of it, a dozen at once; all are idle for too long now and then.
+            if round % 40 == 39 {
+                clients.drain(..12);
+            }
+            if round % 97 == 96 {
+                gateway.now = gateway.now + Duration::from_secs(2);
+            }
+            gateway.serve(&mut pieces);
+        }
+        clients.clear();
+        while gateway.done().connections > 0 {
+            gateway.serve(&mut pieces);
+        }
+        let counters: Vec<_> = gateway.core.modbus_listeners().collect();
+        let [all, replacing, refusing] = &counters[..] else { panic!("{counters:?}") };
+        assert!(all.idle > 20 && replacing.replaced > 20 && refusing.refused > 20, "{counters:?}");
+        assert!(pieces[0] > 1000 && pieces[1] > 300 && pieces[2] > 100, "{pieces:?}");
+    }
 }

@@ -31,7 +31,7 @@ use crate::log::module::SERVICE;
 use crate::service_manager::ServiceManager;
 use crate::socketcand::{self, Bus, Listening, Port, ToCore};
 
-pub(crate) use handover::{Adjustment, Arrivals, Done, NewLink, Step, Steps, steps};
+pub(crate) use handover::{Adjustment, Arrivals, Done, Gone, NewLink, Step, Steps, steps};
 use prepare::{PortPlan, Prepared, Whose};
 pub use report::Report;
 

@@ -52,10 +52,14 @@ impl Reporter {
         self.troubles.get(link)?.as_deref()
     }
 
-    /// Says what has happened in the core and on the links.
-    pub(crate) fn report(&mut self, now: Instant, core: &mut Core, links: &[Link]) {
-        while let Some((device, notice)) = core.poll_notice() {
+    /// Says what has happened in the core, at most so much at once, and on the links. Whether there may be more.
+    pub(crate) fn report(&mut self, now: Instant, core: &mut Core, links: &[Link], most: usize) -> bool {
+        let mut count = 0;
+        while count < most
+            && let Some((device, notice)) = core.poll_notice()
+        {
             self.notice(now, core, device, notice);
+            count += 1;
         }
         for (number, (link, known)) in links.iter().zip(&mut self.unsent).enumerate() {
             let Some(interface) = link.interface.as_ref().filter(|interface| interface.fd().is_some()) else {
@@ -68,6 +72,7 @@ impl Reporter {
                 *known = unsent;
             }
         }
+        count == most
     }
 
     /// Says that an interface can be used, or why not, when that has changed.

@@ -24,7 +24,7 @@ use crate::cli::Failure;
 use crate::clock::Clock;
 use crate::control::{self, ControlSocket, Operation};
 use crate::core::{Core, LinkId};
-use crate::core_loop::{CoreLoop, Reloads, Times};
+use crate::core_loop::{Collecting, CoreLoop, Reloads, Times};
 use crate::link::{Link, measure};
 use crate::log::Dial;
 use crate::log::module::SERVICE;
@@ -175,6 +175,7 @@ fn start(
         manager: ServiceManager::from_environment(clock.now()),
         storage,
         publisher,
+        collecting: Collecting::default(),
         inbox,
         storing: Vec::new(),
         attentive_until: Instant::ZERO,

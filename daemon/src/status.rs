@@ -18,7 +18,7 @@ use crate::reload::Report;
 pub(crate) use clients::owner_name;
 pub use clients::{Client, Command, Listener, Modbus, Times};
 pub use collect::devices;
-pub(crate) use collect::{Around, status};
+pub(crate) use collect::{Around, device, status};
 pub(crate) use table::table;
 pub use table::text;
 
@@ -45,6 +45,17 @@ pub struct Status {
     /// How long the core loop worked from one sleep to the next; measured while metrics are served.
     #[serde(default)]
     pub turns: Times,
+    /// How long it worked from one look at CAN frames and what is due to the next; measured while metrics are served.
+    #[serde(default)]
+    pub pieces: Times,
+    /// The longest of these, in us, whether metrics are served or not. If something else, such as the hypervisor, kept the
+    /// thread from running meanwhile, that is in it.
+    #[serde(default)]
+    pub longest_piece_us: u64,
+    /// How late the core loop woke up at most for what fell due while it slept, in us: the kernel's and the machine's share in
+    /// `lateness`.
+    #[serde(default)]
+    pub latest_wake_us: u64,
     /// How much waits in queues to and from the core, by their names.
     #[serde(default)]
     pub queues: BTreeMap<String, u64>,
@@ -66,6 +77,8 @@ pub struct Histograms {
     pub lateness: Histogram,
     /// Of [`Status::turns`], if it is measured.
     pub turns: Option<Histogram>,
+    /// Of [`Status::pieces`], if it is measured.
+    pub pieces: Option<Histogram>,
     /// Of [`Bus::sdo_latency`], for each bus where it is measured.
     pub sdo: Vec<(String, Histogram)>,
 }

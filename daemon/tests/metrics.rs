@@ -88,7 +88,11 @@ fn status() -> Status {
     Status {
         buses: vec![bus],
         devices: vec![device],
-        histograms: Histograms { sdo: vec![("can0".to_owned(), lateness.clone())], lateness, turns: None },
+        histograms: Histograms {
+            sdo: vec![("can0".to_owned(), lateness.clone())],
+            lateness,
+            ..Histograms::default()
+        },
         ..Status::default()
     }
 }
@@ -114,7 +118,8 @@ fn metrics_say_what_the_status_says() {
 #[test]
 fn every_metric_is_in_the_document_and_no_other_one() {
     let status = status();
-    let histograms = Histograms { turns: Some(Histogram::default()), ..status.histograms.clone() };
+    let (turns, pieces) = (Some(Histogram::default()), Some(Histogram::default()));
+    let histograms = Histograms { turns, pieces, ..status.histograms.clone() };
     let modbus = Modbus { listeners: vec![Listener::default()], ..Modbus::default() };
     let reload = Some(Report::default());
     let page = metrics::text(&Status { histograms, modbus, lost_audit: Some(0), reload, ..status });

@@ -104,21 +104,20 @@ impl Modbus {
 }
 
 impl Core {
-    /// Lets Modbus clients reach `device`.
-    pub fn show_on_modbus(&mut self, device: usize, plan: ModbusPlan) {
-        let Some(unit) = self.units.get(device) else { return };
+    /// Lets Modbus clients reach `device`; as what they reached it until now.
+    pub fn show_on_modbus(&mut self, device: usize, plan: ModbusPlan) -> Option<ModbusPlan> {
+        let unit = self.units.get(device)?;
         let timeout_register = unit.device.profile().registers.slot(Role::ModuleTimeout);
         if self.modbus.views.len() <= device {
             self.modbus.views.resize_with(device + 1, || None);
         }
-        if let Some(place) = self.modbus.views.get_mut(device) {
-            *place = Some(View { plan, timeout_register, deadline: None });
-        }
+        let place = self.modbus.views.get_mut(device)?;
+        place.replace(View { plan, timeout_register, deadline: None }).map(|view| view.plan)
     }
 
-    /// Lets no Modbus client reach `device` any more.
-    pub fn hide_from_modbus(&mut self, device: usize) {
-        self.modbus.views.get_mut(device).into_iter().for_each(|view| *view = None);
+    /// Lets no Modbus client reach `device` any more; as what they reached it.
+    pub fn hide_from_modbus(&mut self, device: usize) -> Option<ModbusPlan> {
+        self.modbus.views.get_mut(device)?.take().map(|view| view.plan)
     }
 
     /// Whether Modbus clients reach `device`.
@@ -303,6 +302,12 @@ impl Core {
     /// The next client whose connection is to be closed: what it is still to be told is in its output.
     pub fn poll_closed(&mut self) -> Option<ClientId> {
         self.modbus.clients.poll_closed()
+    }
+
+    /// How many [`Core::poll_closed`] gives.
+    #[must_use]
+    pub fn closed(&self) -> usize {
+        self.modbus.clients.closed()
     }
 
     /// What a client is to be sent.

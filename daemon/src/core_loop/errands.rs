@@ -5,6 +5,7 @@ use core::time::Duration;
 use canopen::{Frame, Id, UNCONFIGURED};
 use od::{AbortCode, Address, Instant};
 
+use super::chores::Piece;
 use super::{CoreLoop, link_id};
 use crate::control::{
     Commanded, Described, Errand, Inbox, NmtOrder, NodePlace, ObjectError, ObjectOrder, ObjectTask, Placed,
@@ -14,8 +15,6 @@ use crate::core::{LinkId, WriteRefused};
 use crate::dump::Known;
 use crate::link::{Link, Record, Tap, in_order};
 
-/// Errands that are done before everything else has its turn again.
-const BATCH: usize = 4;
 /// How soon an operator who has asked something asks the next thing.
 const ATTENTION: Duration = Duration::from_secs(1);
 /// Watchers that a bus may have.
@@ -26,17 +25,17 @@ const OPERATOR: u64 = 0;
 const NMT: Id = Id::Standard(0x000);
 
 impl CoreLoop {
-    /// Does what is ordered by the control socket. Whether there may be more.
-    pub(super) fn carry_out_errands(&mut self, now: Instant) -> bool {
-        for _ in 0..BATCH {
-            let Some(Placed { by, errand }) = self.inbox.as_mut().and_then(Inbox::poll) else { return false };
-            self.attentive_until = now + ATTENTION;
-            self.core.act_for(by);
-            self.carry_out(now, errand);
-            self.core.act_for(None);
-            self.transmit(now);
-        }
-        true
+    /// Does the next that is ordered by the control socket.
+    pub(super) fn carry_out_errand(&mut self, now: Instant) -> Piece {
+        let Some(Placed { by, errand }) = self.inbox.as_mut().and_then(Inbox::poll) else {
+            return Piece::None;
+        };
+        self.attentive_until = now + ATTENTION;
+        self.core.act_for(by);
+        self.carry_out(now, errand);
+        self.core.act_for(None);
+        self.transmit(now);
+        Piece::Done
     }
 
     fn carry_out(&mut self, now: Instant, errand: Errand) {
@@ -217,7 +216,8 @@ impl CoreLoop {
         }
         let mut watched = Vec::new();
         for position in positions {
-            let nodes = self.known(link_id(position));
+            let nodes = self.core.network(link_id(position));
+            let nodes = nodes.filter_map(|(device, node)| self.known(device, node)).collect();
             let Some(link) = self.links.get_mut(position) else { continue };
             link.taps.push(tap.clone());
             watched.push(Watched { link: link_id(position), name: link.name.clone(), nodes });
@@ -253,25 +253,23 @@ impl CoreLoop {
         }
     }
 
-    /// Tells those who watch `link` what our nodes are there now.
-    pub(super) fn show_nodes(&mut self, link: LinkId) {
+    /// Tells those who watch `link` what the node of a device is there now.
+    pub(super) fn show_node(&mut self, link: LinkId, device: usize) {
         let position = usize::from(link.0);
         if self.links.get(position).is_none_or(|link| link.taps.is_empty()) {
             return;
         }
-        let nodes = self.known(link);
+        let own = self.core.nodes_of(device).filter(|(place, _)| *place == link);
+        let nodes: Vec<Known> = own.filter_map(|(_, node)| self.known(device, node)).collect();
         if let Some(known) = self.links.get_mut(position) {
             known.taps.retain(|tap| tap.put(Record::Nodes(link, nodes.clone())));
         }
     }
 
-    fn known(&self, link: LinkId) -> Vec<Known> {
-        let known = |(device, node): (usize, &canopen::Node)| {
-            let profile = self.core.profile(device)?.clone();
-            let device = self.core.name(device)?.to_string();
-            let (node_id, communication) = (node.node_id(), node.communication().clone());
-            Some(Known { node_id, device, profile, communication })
-        };
-        self.core.network(link).filter_map(known).collect()
+    fn known(&self, device: usize, node: &canopen::Node) -> Option<Known> {
+        let profile = self.core.profile(device)?.clone();
+        let device = self.core.name(device)?.to_string();
+        let (node_id, communication) = (node.node_id(), node.communication().clone());
+        Some(Known { node_id, device, profile, communication })
     }
 }

@@ -1,16 +1,18 @@
-//! Devices and buses that leave and join between two turns, while everything else goes on.
+//! Devices and buses that leave and join one by one between two turns, while everything else goes on.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
+use ::socketcan::CanSocket;
 use od::Instant;
 
+use super::chores::Piece;
 use super::departure::Then;
 use super::{CoreLoop, Departure, link_id};
 use crate::build;
 use crate::core::{LinkId, ModbusPlan, Unit};
 use crate::link::{Gauge, Link, SocketCan};
-use crate::reload::{Adjustment, Arrivals, Done, NewLink, Report, Step, Steps};
+use crate::reload::{Adjustment, Arrivals, Done, Gone, NewLink, Report, Step, Steps};
 
 /// Where a reload stands.
 #[derive(Default)]
@@ -20,18 +22,23 @@ pub(crate) enum Stage {
     Idle,
     /// Axes ramp down.
     Leaving {
-        devices: Vec<usize>,
+        devices: VecDeque<usize>,
         links: Vec<LinkId>,
         /// They come to rest as at the end of the daemon.
         departure: Departure,
     },
-    /// Devices join, one each turn.
-    Joining {
-        units: VecDeque<(Unit, Option<ModbusPlan>)>,
-        stands_for: Vec<Option<String>>,
-        places: BTreeMap<String, usize>,
-        gauges: Vec<(String, Arc<Gauge>)>,
-    },
+    /// They are out, and go one by one.
+    Going { devices: VecDeque<usize>, links: Vec<LinkId>, units: Vec<Unit> },
+    /// What is new joins, one each turn.
+    Joining(Box<Joining>),
+}
+
+/// What is still to join, and what is to be told of it.
+#[derive(Default)]
+pub(crate) struct Joining {
+    arrivals: Arrivals,
+    gauges: Vec<(String, Arc<Gauge>)>,
+    gone: Gone,
 }
 
 /// What the loop has to do with reloads.
@@ -52,7 +59,7 @@ impl Reloads {
     pub(super) fn deadline(&self) -> Option<Instant> {
         match &self.stage {
             Stage::Leaving { departure, .. } => Some(departure.until()),
-            Stage::Idle | Stage::Joining { .. } => None,
+            Stage::Idle | Stage::Going { .. } | Stage::Joining(_) => None,
         }
     }
 
@@ -65,34 +72,21 @@ impl Reloads {
 }
 
 impl CoreLoop {
-    /// Goes on with a reload, if there is one. Whether there is more to do at once.
-    pub(super) fn reload(&mut self, now: Instant) -> bool {
-        match &mut self.reloads.stage {
+    /// Does the next piece of a reload, if there is one that need not wait for anything.
+    pub(super) fn reload(&mut self, now: Instant) -> Piece {
+        match &self.reloads.stage {
             Stage::Idle => match self.reloads.steps.as_ref().and_then(Steps::poll) {
-                None => false,
+                None => Piece::None,
                 Some(step) => {
                     self.begin(now, step);
-                    true
+                    Piece::Done
                 }
             },
-            Stage::Leaving { .. } => {
-                self.let_leave(now);
-                false
-            }
-            Stage::Joining { units, stands_for, places, gauges } => {
-                match units.pop_front() {
-                    Some((unit, view)) => self.let_join(now, unit, view),
-                    None => {
-                        let (stands_for, gauges) = (core::mem::take(stands_for), core::mem::take(gauges));
-                        self.core.arrange(places);
-                        for (listener, device) in stands_for.into_iter().enumerate() {
-                            let device = device.and_then(|device| self.core.find(&device));
-                            self.core.set_listener_device(listener, device);
-                        }
-                        self.reloads.done(Done::Joined(gauges));
-                    }
-                }
-                true
+            Stage::Leaving { .. } => self.let_leave(now),
+            Stage::Going { .. } => self.let_go(now),
+            Stage::Joining(_) => {
+                self.let_join(now);
+                Piece::Done
             }
         }
     }
@@ -100,7 +94,8 @@ impl CoreLoop {
     fn begin(&mut self, now: Instant, step: Step) {
         match step {
             Step::Leave { devices, links } => {
-                let devices: Vec<usize> = devices.iter().filter_map(|name| self.core.find(name)).collect();
+                let devices: VecDeque<usize> =
+                    devices.iter().filter_map(|name| self.core.find(name)).collect();
                 let is_quiet = devices.iter().all(|device| self.core.is_at_rest(*device));
                 devices.iter().for_each(|device| self.core.shut_down_device(now, *device));
                 self.transmit(now);
@@ -108,33 +103,11 @@ impl CoreLoop {
                     Stage::Leaving { devices, links, departure: Departure::begin(now, is_quiet) };
             }
             Step::Join(arrivals) => {
-                let Arrivals {
-                    links,
-                    clients,
-                    units,
-                    adjustments,
-                    sockets,
-                    listeners,
-                    stands_for,
-                    order,
-                    places,
-                } = *arrivals;
-                let gauges = links.into_iter().filter_map(|link| self.open_link(now, link)).collect();
-                for (place, LinkId(link)) in order.into_iter().enumerate() {
-                    self.links.get_mut(usize::from(link)).into_iter().for_each(|link| link.place = place);
-                }
-                for (LinkId(link), clients, has_socketcand) in clients {
-                    if let Some(known) = self.links.get_mut(usize::from(link)) {
-                        known.set_clients(clients, has_socketcand);
-                        self.subscribe(now, usize::from(link));
-                    }
-                }
-                adjustments.into_iter().for_each(|adjustment| self.adjust(adjustment));
-                self.modbus = self.modbus.take().or(sockets);
-                if let Some(modbus) = self.modbus.as_mut().filter(|_| !listeners.is_empty()) {
-                    modbus.change(now, &mut self.core, listeners);
-                }
-                self.reloads.stage = Stage::Joining { units, stands_for, places, gauges };
+                self.reloads.stage = Stage::Joining(Box::new(Joining {
+                    arrivals: *arrivals,
+                    gauges: Vec::new(),
+                    gone: Gone::default(),
+                }));
             }
             Step::Tell(report) => {
                 self.audit.iter_mut().for_each(|audit| audit.note_reload(now, &report));
@@ -143,30 +116,94 @@ impl CoreLoop {
         }
     }
 
-    /// Takes devices out that are at rest or had time enough for it, and then buses.
-    fn let_leave(&mut self, now: Instant) {
-        let Stage::Leaving { devices, departure, .. } = &mut self.reloads.stage else { return };
+    /// Lets devices go that are at rest or had time enough for it.
+    fn let_leave(&mut self, now: Instant) -> Piece {
+        let Stage::Leaving { devices, departure, .. } = &mut self.reloads.stage else { return Piece::None };
         match departure.next(now, devices.iter().all(|device| self.core.is_at_rest(*device))) {
-            Then::Wait => return,
+            Then::Wait => return Piece::None,
             Then::CutPower => {
                 devices.iter().for_each(|device| self.core.cut_power_of_device(now, *device));
-                return self.transmit(now);
+                self.transmit(now);
+                return Piece::Done;
             }
-            // What is being stored is not torn off: its end wakes the loop.
-            Then::Over if devices.iter().any(|device| self.core.is_storing(*device)) => return,
             Then::Over => {}
         }
-        let Stage::Leaving { devices, links, .. } = core::mem::take(&mut self.reloads.stage) else { return };
-        devices.iter().for_each(|device| self.core.conclude_audit(*device));
-        self.reporter.report(now, &mut self.core, &self.links);
-        self.keep_audit();
-        let units = devices.into_iter().filter_map(|device| self.core.leave(device)).collect();
-        self.transmit(now);
-        for link in links {
-            let gone = self.links.get_mut(usize::from(link.0));
-            gone.into_iter().for_each(|gone| *gone = Link::gone(link));
+        let Stage::Leaving { devices, links, .. } = core::mem::take(&mut self.reloads.stage) else {
+            return Piece::None;
+        };
+        self.reloads.stage = Stage::Going { devices, links, units: Vec::new() };
+        Piece::Done
+    }
+
+    /// Takes the next device out, and in the end the buses.
+    fn let_go(&mut self, now: Instant) -> Piece {
+        let Stage::Going { devices, links, units } = &mut self.reloads.stage else { return Piece::None };
+        let Some(device) = devices.front().copied() else {
+            let (units, links) = (core::mem::take(units), core::mem::take(links));
+            let sockets = links.into_iter().filter_map(|link| self.close_link(link)).collect();
+            self.reloads.done(Done::Left(units, sockets));
+            return Piece::Done;
+        };
+        // What is being stored is not torn off: its end wakes the loop.
+        if self.core.is_storing(device) {
+            return Piece::None;
         }
-        self.reloads.done(Done::Left(units));
+        // What the device has told is told before its number may be another's.
+        if self.core.has_notices() {
+            return Piece::Done;
+        }
+        devices.pop_front();
+        self.core.conclude_audit(device);
+        let unit = self.core.leave(device);
+        if let Stage::Going { units, .. } = &mut self.reloads.stage {
+            units.extend(unit);
+        }
+        while self.keep_audit(now) == Piece::Done {}
+        self.transmit(now);
+        Piece::Done
+    }
+
+    /// Makes the place of a bus free; its socket is to be closed elsewhere, which may wait for others in the kernel.
+    fn close_link(&mut self, link: LinkId) -> Option<CanSocket> {
+        let place = self.links.get_mut(usize::from(link.0))?;
+        core::mem::replace(place, Link::gone(link)).interface?.into_socket()
+    }
+
+    /// Takes in the next that is new.
+    fn let_join(&mut self, now: Instant) {
+        let Stage::Joining(mut joining) = core::mem::take(&mut self.reloads.stage) else { return };
+        let Joining { arrivals, gauges, gone } = &mut *joining;
+        if let Some(link) = arrivals.links.pop_front() {
+            gauges.extend(self.open_link(now, link));
+        } else if let Some((LinkId(link), clients, has_socketcand)) = arrivals.clients.pop_front() {
+            if let Some(known) = self.links.get_mut(usize::from(link)) {
+                known.set_clients(clients, has_socketcand);
+                self.subscribe(now, usize::from(link));
+            }
+        } else if !arrivals.adjustments.is_empty() || !arrivals.listeners.is_empty() {
+            // All at once: no request finds one device changed and another not.
+            let adjustments = core::mem::take(&mut arrivals.adjustments);
+            gone.views.extend(adjustments.into_iter().filter_map(|adjustment| self.adjust(adjustment)));
+            self.modbus = self.modbus.take().or_else(|| arrivals.sockets.take());
+            let listeners = core::mem::take(&mut arrivals.listeners);
+            if let Some(modbus) = self.modbus.as_mut().filter(|_| !listeners.is_empty()) {
+                gone.listeners = modbus.change(now, &mut self.core, listeners);
+            }
+        } else if let Some((unit, view)) = arrivals.units.pop_front() {
+            self.let_in(now, unit, view);
+        } else {
+            for (place, LinkId(link)) in arrivals.order.drain(..).enumerate() {
+                self.links.get_mut(usize::from(link)).into_iter().for_each(|link| link.place = place);
+            }
+            self.core.arrange(&arrivals.places);
+            for (listener, device) in arrivals.stands_for.drain(..).enumerate() {
+                let device = device.and_then(|device| self.core.find(&device));
+                self.core.set_listener_device(listener, device);
+            }
+            let (gauges, gone) = (core::mem::take(gauges), core::mem::take(gone));
+            return self.reloads.done(Done::Joined(gauges, gone));
+        }
+        self.reloads.stage = Stage::Joining(joining);
     }
 
     /// Adds a bus, at the place of one that has gone or behind the others; its interface and what measures it.
@@ -190,14 +227,14 @@ impl CoreLoop {
         gauge
     }
 
-    fn let_join(&mut self, now: Instant, unit: Unit, view: Option<ModbusPlan>) {
+    fn let_in(&mut self, now: Instant, unit: Unit, view: Option<ModbusPlan>) {
         let device = self.core.join(unit);
         if let (Some(audit), Some(name), Some(profile)) =
             (&mut self.audit, self.core.name(device), self.core.profile(device))
         {
             audit.name_device(device, name, profile);
         }
-        view.into_iter().for_each(|view| self.core.show_on_modbus(device, view));
+        view.into_iter().for_each(|view| _ = self.core.show_on_modbus(device, view));
         let links: Vec<LinkId> = self.core.nodes_of(device).map(|(link, _)| link).collect();
         for link in links {
             let interface = self.links.get(usize::from(link.0)).map(|link| link.interface.as_ref());
@@ -215,13 +252,14 @@ impl CoreLoop {
         self.transmit(now);
     }
 
-    fn adjust(&mut self, Adjustment { device, view, owner }: Adjustment) {
-        let Some(device) = self.core.find(&device) else { return };
+    /// Makes a change to a device; how Modbus clients saw it until now.
+    fn adjust(&mut self, Adjustment { device, view, owner }: Adjustment) -> Option<ModbusPlan> {
+        let device = self.core.find(&device)?;
+        owner.into_iter().for_each(|owner| self.core.set_owner(device, owner));
         match view {
             Some(view) => self.core.show_on_modbus(device, view),
             None => self.core.hide_from_modbus(device),
         }
-        owner.into_iter().for_each(|owner| self.core.set_owner(device, owner));
     }
 }
 
@@ -234,7 +272,7 @@ mod tests {
 
     use super::*;
     use crate::core::{Authority, Notice};
-    use crate::core_loop::modbus::tests::turning;
+    use crate::core_loop::fixture::turning;
 
     const MILLISECOND: Duration = Duration::from_millis(1);
 
@@ -247,7 +285,7 @@ mod tests {
         for _ in 0..millis {
             now = now + MILLISECOND;
             core_loop.core.handle_timeout(now);
-            core_loop.reload(now);
+            while core_loop.reload(now) == Piece::Done && !core_loop.core.has_notices() {}
         }
         now
     }
@@ -260,7 +298,7 @@ mod tests {
         let ramp = [(Address::new(0x6085, 0), deceleration.to_le_bytes().to_vec())];
         core_loop.core.write(now, 0, 0, &ramp, Authority::Owner).unwrap();
         while core_loop.core.poll_notice().is_some() {}
-        core_loop.begin(now, Step::Leave { devices: vec!["axis".to_owned()], links: Vec::new() });
+        core_loop.begin(now, Step::Leave { devices: vec!["axis 1".to_owned()], links: Vec::new() });
         (core_loop, now)
     }
 

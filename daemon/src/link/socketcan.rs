@@ -160,6 +160,11 @@ impl SocketCan {
         core::mem::replace(&mut self.hears_all, hears_all) != hears_all
     }
 
+    /// Gives the interface up for good; its socket, if it is open.
+    pub(crate) fn into_socket(self) -> Option<CanSocket> {
+        self.socket
+    }
+
     /// When [`SocketCan::open`] (if it is not open) or [`SocketCan::flush`] is to be called next.
     pub(crate) fn poll_timeout(&self) -> Option<Instant> {
         self.deadline
@@ -277,9 +282,14 @@ impl SocketCan {
         }
     }
 
-    /// Sends what waits. What the interface has no room for waits on.
+    /// Sends what waits, [`BATCH`] at most: the rest is due at once. What the interface has no room for waits on.
     pub(crate) fn flush(&mut self, now: Instant) -> io::Result<()> {
+        let mut is_first = true;
         while !self.queue.is_empty() {
+            if !core::mem::take(&mut is_first) {
+                self.deadline = Some(now);
+                return Ok(());
+            }
             match self.send() {
                 Ok(sent) => self.queue.sent(sent),
                 Err(Errno::EINTR) => {}

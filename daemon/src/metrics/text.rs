@@ -30,11 +30,25 @@ pub fn text(status: &Status) -> String {
 }
 
 fn core_loop(status: &Status, page: &mut Page) {
-    let Histograms { lateness, turns, .. } = &status.histograms;
+    let Histograms { lateness, turns, pieces, .. } = &status.histograms;
     if let Some(turns) = turns {
         page.histogram("axisd_core_turn_seconds", "Work of the core thread from one sleep to the next.")
             .times(&[], turns);
     }
+    if let Some(pieces) = pieces {
+        page.histogram(
+            "axisd_core_piece_seconds",
+            "Work of the core thread from one look at frames and what is due to the next.",
+        )
+        .times(&[], pieces);
+    }
+    page.gauge("axisd_core_longest_piece_seconds", "The longest of these.")
+        .sample(&[], seconds(status.longest_piece_us));
+    page.gauge(
+        "axisd_core_latest_wake_seconds",
+        "How late the core thread woke up at most for what fell due while it slept.",
+    )
+    .sample(&[], seconds(status.latest_wake_us));
     page.histogram("axisd_core_lateness_seconds", "How late the core thread did what was due.")
         .times(&[], lateness);
     page.counter("axisd_core_overruns_total", "What was due and done more than half a millisecond late.")
@@ -44,6 +58,10 @@ fn core_loop(status: &Status, page: &mut Page) {
     for (queue, length) in &status.queues {
         queues.sample(&[("queue", queue)], length);
     }
+}
+
+fn seconds(micros: u64) -> f64 {
+    micros as f64 / 1e6
 }
 
 fn buses(status: &Status, page: &mut Page) {

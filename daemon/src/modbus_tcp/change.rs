@@ -1,6 +1,6 @@
 //! Listeners that come, go and change while clients are served.
 
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpListener};
 
 use nix::sys::epoll::{EpollEvent, EpollFlags};
 use od::Instant;
@@ -20,18 +20,27 @@ pub(crate) struct Change {
 }
 
 impl Sockets {
-    /// Makes the changes, in the order of their numbers. A socket that another listener takes over stays open.
-    pub(crate) fn change(&mut self, now: Instant, core: &mut Core, mut changes: Vec<Change>) {
+    /// Makes the changes, in the order of their numbers. A socket that another listener takes over stays open. Those of no
+    /// listener any more are to be closed elsewhere: whoever waits there to be let in is sent away by that, which takes its time.
+    pub(crate) fn change(
+        &mut self,
+        now: Instant,
+        core: &mut Core,
+        mut changes: Vec<Change>,
+    ) -> Vec<TcpListener> {
+        let mut gone = Vec::new();
         for place in &mut self.sockets {
             let Some(socket) = place else { continue };
             match heir(socket, &changes) {
                 Some(number) => socket.number = number,
-                None => *place = None,
+                None => gone.extend(place.take().map(|socket| socket.listener)),
             }
         }
+        // One that is no more listened on already is not in it.
+        gone.iter().for_each(|listener| _ = self.epoll.delete(listener));
         for change in &mut changes {
             for (address, listener) in change.listening.listeners.drain(..) {
-                self.listen(now, Socket { listener, address, number: change.number, retry: None });
+                self.listen(now, Socket::new(listener, address, change.number));
             }
         }
         for Change { number, plan, listen, listening } in changes {
@@ -45,8 +54,7 @@ impl Sockets {
             }
         }
         self.note_addresses();
-        // Those that may not stay.
-        self.handle_timeout(now, core);
+        gone
     }
 
     /// Lets clients connect to one more socket.
@@ -92,7 +100,7 @@ mod tests {
 
     fn socket(number: usize, address: &str) -> Socket {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        Socket { listener, address: address.parse().unwrap(), number, retry: None }
+        Socket::new(listener, address.parse().unwrap(), number)
     }
 
     fn change(number: usize, listen: &[&str]) -> Change {

@@ -1,9 +1,11 @@
 //! Between the thread that reloads and the core loop: one step at a time, and neither waits for a lock of the other.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::net::TcpListener;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
+use ::socketcan::CanSocket;
 use od::Owner;
 use tokio::sync::broadcast;
 
@@ -26,19 +28,28 @@ pub(crate) enum Step {
 
 /// What the core loop has done.
 pub(crate) enum Done {
-    /// These are out. They are dropped elsewhere.
-    Left(Vec<Unit>),
-    /// All is in; the interfaces that are new, with what measures how busy they are.
-    Joined(Vec<(String, Arc<Gauge>)>),
+    /// These are out, and so are the buses with these sockets. They are dropped elsewhere.
+    Left(Vec<Unit>, Vec<CanSocket>),
+    /// All is in; the interfaces that are new, with what measures how busy they are, and what has gone with it.
+    Joined(Vec<(String, Arc<Gauge>)>, Gone),
+}
+
+/// What takes its time to be dropped, and is dropped elsewhere.
+#[derive(Debug, Default)]
+pub(crate) struct Gone {
+    /// Sockets where Modbus clients connected.
+    pub(crate) listeners: Vec<TcpListener>,
+    /// What Modbus clients saw of devices.
+    pub(crate) views: Vec<ModbusPlan>,
 }
 
 /// What joins, and what changes with it.
 #[derive(Default)]
 pub(crate) struct Arrivals {
     /// New buses.
-    pub(crate) links: Vec<NewLink>,
+    pub(crate) links: VecDeque<NewLink>,
     /// Who hears buses that stay, and whether any by socketcand.
-    pub(crate) clients: Vec<(LinkId, Option<broadcast::Sender<Passed>>, bool)>,
+    pub(crate) clients: VecDeque<(LinkId, Option<broadcast::Sender<Passed>>, bool)>,
     /// Devices, each with what Modbus clients see of it.
     pub(crate) units: VecDeque<(Unit, Option<ModbusPlan>)>,
     pub(crate) adjustments: Vec<Adjustment>,
@@ -113,12 +124,12 @@ impl Handover {
         }
         self.place(Step::Leave { devices, links })?;
         match self.done.recv() {
-            Ok(Done::Left(units)) => {
+            Ok(Done::Left(units, sockets)) => {
                 // This is where their memory is given back, not on the way of a frame.
-                drop(units);
+                drop((units, sockets));
                 Ok(())
             }
-            Ok(Done::Joined(_)) | Err(_) => Err(Stopping),
+            Ok(Done::Joined(..)) | Err(_) => Err(Stopping),
         }
     }
 
@@ -126,8 +137,11 @@ impl Handover {
     pub(super) fn join(&self, arrivals: Arrivals) -> Result<Vec<(String, Arc<Gauge>)>, Stopping> {
         self.place(Step::Join(Box::new(arrivals)))?;
         match self.done.recv() {
-            Ok(Done::Joined(gauges)) => Ok(gauges),
-            Ok(Done::Left(_)) | Err(_) => Err(Stopping),
+            Ok(Done::Joined(gauges, gone)) => {
+                drop(gone);
+                Ok(gauges)
+            }
+            Ok(Done::Left(..)) | Err(_) => Err(Stopping),
         }
     }
 

@@ -198,9 +198,9 @@ impl Reloader {
         for (position, (bus, id)) in next.buses.iter().zip(links).enumerate() {
             let clients = served.get(&bus.name).map(|served| served.frames.clone());
             if changes.buses_added.contains(&position) {
-                arrivals.links.push(NewLink { id: *id, bus: bus.clone(), is_timed, clients });
+                arrivals.links.push_back(NewLink { id: *id, bus: bus.clone(), is_timed, clients });
             } else if changes.socketcand {
-                arrivals.clients.push((*id, clients, bus.socketcand.is_some()));
+                arrivals.clients.push_back((*id, clients, bus.socketcand.is_some()));
             }
         }
         for device in changes.adjusted.iter().filter_map(|device| next.devices.get(*device)) {

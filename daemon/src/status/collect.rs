@@ -8,7 +8,7 @@ use super::{
     Axis, Bus, Counters, Device, Event, Events, Fault, Histograms, Lss, Node, Status, Traffic, clients,
 };
 use crate::core::{Core, LinkId};
-use crate::latency::Histogram;
+use crate::core_loop::Times;
 use crate::link::{Kinds, Link, SocketCan, in_order};
 use crate::reload::Report;
 use crate::reporter::Reporter;
@@ -19,12 +19,8 @@ pub(crate) struct Around<'a> {
     pub(crate) reporter: &'a Reporter,
     /// The addresses of each Modbus listener.
     pub(crate) listeners: &'a [Vec<String>],
-    /// From the arrival of CAN frames to their answers.
-    pub(crate) answers: &'a Histogram,
-    /// How late what was due was done.
-    pub(crate) lateness: &'a Histogram,
-    /// How long the loop worked from one sleep to the next, if somebody wants to know.
-    pub(crate) turns: Option<&'a Histogram>,
+    /// What the core loop has measured of itself.
+    pub(crate) times: &'a Times,
     /// Frames of socketcand clients that wait for the core.
     pub(crate) waiting_clients: usize,
     /// Entries of the audit trail that were lost, if there is a trail.
@@ -33,10 +29,10 @@ pub(crate) struct Around<'a> {
     pub(crate) reload: Option<&'a Report>,
 }
 
-/// Everything, at `now`.
-pub(crate) fn status(now: Instant, core: &Core, around: &Around<'_>) -> Status {
-    let Around { links, reporter, listeners, answers, lateness, turns, waiting_clients, lost_audit, reload } =
-        *around;
+/// Everything, at `now`, with what was collected of the devices.
+pub(crate) fn status(now: Instant, core: &Core, devices: Vec<Device>, around: &Around<'_>) -> Status {
+    let Around { links, reporter, listeners, times, waiting_clients, lost_audit, reload } = *around;
+    let Times { answers, lateness, turns, pieces, .. } = times;
     let counted = |(number, link)| counted(bus(now, number, link, core, reporter), link);
     let buses = in_order(links).map(counted).collect();
     let queues = core.queues().chain([("socketcand", waiting_clients)]);
@@ -46,18 +42,22 @@ pub(crate) fn status(now: Instant, core: &Core, around: &Around<'_>) -> Status {
     };
     let histograms = Histograms {
         lateness: lateness.clone(),
-        turns: turns.cloned(),
+        turns: turns.clone(),
+        pieces: pieces.clone(),
         sdo: in_order(links).filter_map(sdo).collect(),
     };
     Status {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         uptime_s: now.saturating_since(Instant::ZERO).as_secs(),
         buses,
-        devices: devices(now, core, links.iter().map(|link| link.name.as_str())),
+        devices,
         modbus: clients::collect(now, core, listeners),
         answers: answers.into(),
         lateness: lateness.into(),
-        turns: turns.map(Into::into).unwrap_or_default(),
+        turns: turns.as_ref().map(Into::into).unwrap_or_default(),
+        pieces: pieces.as_ref().map(Into::into).unwrap_or_default(),
+        longest_piece_us: times.longest_piece_us(),
+        latest_wake_us: times.latest_wake_us(),
         queues: queues.map(|(name, length)| (name.to_owned(), length as u64)).collect(),
         lost_audit,
         reload: reload.cloned(),
@@ -125,33 +125,30 @@ fn bus(now: Instant, number: usize, link: &Link, core: &Core, reporter: &Reporte
 /// The devices at `now`, with the names of the buses by their links.
 pub fn devices<'n>(now: Instant, core: &Core, buses: impl Iterator<Item = &'n str>) -> Vec<Device> {
     let buses: Vec<&str> = buses.collect();
-    let device = |(number, name): (usize, &str)| {
-        let device = core.device(number)?;
-        let dialect = device.profile().dialect;
-        let nodes = core.nodes_of(number);
-        Some(Device {
-            name: name.to_owned(),
-            profile: device.profile().name.clone(),
-            axes: device
-                .axes()
-                .enumerate()
-                .map(|(axis_number, status)| Axis {
-                    owner: clients::owner_name(core.owner(number, axis_number), &buses),
-                    plant_faults: device.plant_faults(axis_number).map(|fault| fault.to_string()).collect(),
-                    ..axis(&status, dialect)
-                })
-                .collect(),
-            nodes: nodes
-                .map(|(LinkId(link), own)| {
-                    let bus = buses.get(usize::from(link)).copied().unwrap_or("?");
-                    node(now, bus, own, dialect)
-                })
-                .collect(),
-            dropped_steps: device.dropped_steps(),
-            commands: clients::commands(now, core, number, &buses),
-        })
-    };
-    core.names().filter_map(device).collect()
+    core.names().filter_map(|(number, _)| device(now, core, number, &buses)).collect()
+}
+
+/// One of them, by its position.
+pub(crate) fn device(now: Instant, core: &Core, number: usize, buses: &[&str]) -> Option<Device> {
+    let (name, device) = (core.name(number)?, core.device(number)?);
+    let dialect = device.profile().dialect;
+    let axes = device.axes().enumerate().map(|(axis_number, status)| Axis {
+        owner: clients::owner_name(core.owner(number, axis_number), buses),
+        plant_faults: device.plant_faults(axis_number).map(|fault| fault.to_string()).collect(),
+        ..axis(&status, dialect)
+    });
+    let nodes = core.nodes_of(number).map(|(LinkId(link), own)| {
+        let bus = buses.get(usize::from(link)).copied().unwrap_or("?");
+        node(now, bus, own, dialect)
+    });
+    Some(Device {
+        name: name.to_string(),
+        profile: device.profile().name.clone(),
+        axes: axes.collect(),
+        nodes: nodes.collect(),
+        dropped_steps: device.dropped_steps(),
+        commands: clients::commands(now, core, number, buses),
+    })
 }
 
 fn axis(status: &AxisStatus, dialect: Dialect) -> Axis {

@@ -253,6 +253,10 @@ impl Clients {
         self.closed.pop_front()
     }
 
+    pub(super) fn closed(&self) -> usize {
+        self.closed.len()
+    }
+
     pub(super) fn status(&self) -> impl Iterator<Item = ClientStatus> {
         self.clients.iter().flatten().map(|client| ClientStatus {
             peer: client.peer,

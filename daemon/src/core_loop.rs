@@ -1,7 +1,8 @@
 //! The core thread: it alone owns devices, nodes and links, and nobody else is on the way of a frame.
 //!
 //! One turn: sleep, take what has come, answer it, then do what is due. With a single CAN interface and nothing
-//! due soon it sleeps in the receiving system call itself, so that an answer costs two system calls. All other work is done
+//! due soon it sleeps in the receiving system call itself, so that an answer costs two system calls; without CAN
+//! interfaces it sleeps in the one that tells of Modbus clients. All other work is done
 //! in pieces ([`modbus`], [`chores`]), and after each the loop looks at frames and what is due.
 
 mod chores;
@@ -49,6 +50,8 @@ const FRAMES_AT_ONCE: usize = 8;
 /// How much later than [`LONGEST_BLOCK`] a deadline must be for a sleep in the receiving system call, whose
 /// time-out is only as fine as the kernel's tick.
 const MARGIN: Duration = Duration::from_millis(50);
+/// What the system call that tells of Modbus clients counts time-outs in.
+const COARSE: Duration = Duration::from_millis(1);
 /// Turns that may take their time from the receiving system call: a turn takes microseconds, and what has a
 /// deadline within [`LONGEST_BLOCK`] gets the clock.
 const MAX_TURNS_WITHOUT_CLOCK: u32 = 16;
@@ -91,6 +94,8 @@ pub(crate) struct CoreLoop {
 enum Sleep {
     /// In the receiving system call of the only link.
     InReceive,
+    /// In the system call that tells of Modbus clients, until this time is over.
+    AmongClients(Option<Duration>),
     /// Until any link or the alarm wakes us or this time is over.
     Until(Option<Duration>),
 }
@@ -119,6 +124,12 @@ impl CoreLoop {
                     now = self.after_receive(now, outcome.as_ref().ok().copied().flatten());
                     self.times.wake(now, false);
                     now = self.take(now, 0, outcome, &mut news);
+                }
+                Sleep::AmongClients(time_out) => {
+                    let Self { modbus: Some(modbus), alarm, .. } = &mut self else { continue };
+                    modbus.sleep(alarm, time_out)?;
+                    now = self.clock.now();
+                    self.times.wake(now, false);
                 }
                 Sleep::Until(time_out) => {
                     let modbus = self.modbus.as_ref().filter(|_| self.rest(now).is_none());
@@ -215,10 +226,20 @@ impl CoreLoop {
             return Sleep::InReceive;
         }
         let deadline = deadline.into_iter().chain(watchdog.map(Watchdog::due)).min();
-        let Some(deadline) = deadline else { return Sleep::Until(None) };
-        let now = self.clock.now();
-        self.times.sleep(now);
-        Sleep::Until(Some(deadline.saturating_since(now)))
+        let time_out = deadline.map(|deadline| {
+            let now = self.clock.now();
+            self.times.sleep(now);
+            deadline.saturating_since(now)
+        });
+        let mut interfaces = self.links.iter().filter_map(|link| link.interface.as_ref());
+        let hears_clients = self.modbus.is_some() && self.rest(now).is_none();
+        if hears_clients
+            && interfaces.all(|interface| interface.fd().is_none())
+            && time_out.is_none_or(|time_out| time_out >= COARSE)
+        {
+            return Sleep::AmongClients(time_out);
+        }
+        Sleep::Until(time_out)
     }
 
     fn receive(

@@ -18,6 +18,7 @@ use config::Network;
 use nix::sys::epoll::{Epoll, EpollCreateFlags, EpollEvent, EpollFlags, EpollTimeout};
 use od::Instant;
 
+use crate::alarm::Alarm;
 use crate::core::{Admission, ClientId, Core};
 
 pub(crate) use change::Change;
@@ -37,6 +38,8 @@ const WATCHED: EpollFlags =
 const ENDED: EpollFlags = EpollFlags::EPOLLRDHUP.union(EpollFlags::EPOLLHUP).union(EpollFlags::EPOLLERR);
 /// The highest bit of an event's number tells a listener from a client.
 const IS_LISTENER: u64 = 1 << 63;
+/// The number of the alarm.
+const ALARM: u64 = u64::MAX;
 
 /// Addresses on which clients are served alike, listened on.
 #[derive(Debug, Default)]
@@ -118,6 +121,8 @@ pub(crate) struct Sockets {
     connections: Vec<Option<Connection>>,
     ready: VecDeque<Waiting>,
     chunk: Vec<u8>,
+    /// The alarm is among the events.
+    hears_alarm: bool,
 }
 
 /// What reading or writing led to.
@@ -145,8 +150,9 @@ impl Sockets {
             }
         }
         let (addresses, connections, ready) = (Vec::new(), Vec::new(), VecDeque::new());
+        let (chunk, hears_alarm) = (vec![0; CHUNK], false);
         let mut sockets =
-            Self { epoll, listening, addresses, sockets, connections, ready, chunk: vec![0; CHUNK] };
+            Self { epoll, listening, addresses, sockets, connections, ready, chunk, hears_alarm };
         sockets.note_addresses();
         Ok(sockets)
     }
@@ -171,13 +177,38 @@ impl Sockets {
         core.closed() + self.ready.len()
     }
 
+    /// Sleeps until something is ready, the alarm or a signal comes or `time_out` is over, of which whole milliseconds count,
+    /// and queues what is ready.
+    ///
+    /// # Errors
+    /// The operating system has no descriptors left.
+    pub(crate) fn sleep(&mut self, alarm: &Alarm, time_out: Option<Duration>) -> io::Result<()> {
+        if !self.hears_alarm {
+            self.epoll.add(alarm.fd(), EpollEvent::new(EpollFlags::EPOLLIN, ALARM))?;
+            self.hears_alarm = true;
+        }
+        let longest = |time_out| EpollTimeout::try_from(time_out).unwrap_or(EpollTimeout::MAX);
+        if self.take(time_out.map_or(EpollTimeout::NONE, longest)) {
+            alarm.silence();
+        }
+        Ok(())
+    }
+
     /// Queues what is ready.
     pub(crate) fn take_events(&mut self) {
+        // An alarm that rings now ends the next sleep.
+        self.take(EpollTimeout::ZERO);
+    }
+
+    /// Queues what is ready within `time_out`; whether the alarm rings.
+    fn take(&mut self, time_out: EpollTimeout) -> bool {
         let mut events = [EpollEvent::empty(); EVENTS];
+        let mut rings = false;
         // An interrupted look is made again.
-        let count = self.epoll.wait(&mut events, EpollTimeout::ZERO).unwrap_or(0);
+        let count = self.epoll.wait(&mut events, time_out).unwrap_or(0);
         for event in events.iter().take(count) {
             match event.data() {
+                ALARM => rings = true,
                 listener if listener & IS_LISTENER != 0 => {
                     self.queue_listener((listener & !IS_LISTENER) as usize);
                 }
@@ -190,6 +221,7 @@ impl Sockets {
                 }
             }
         }
+        rings
     }
 
     /// Tries listeners again.

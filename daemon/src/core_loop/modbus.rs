@@ -82,8 +82,9 @@ mod tests {
     use modbus::tcp_adu;
 
     use super::*;
-    use crate::core_loop::Share;
+    use crate::core::Core;
     use crate::core_loop::fixture::{CLIENTS, RASTER, TICK, turning};
+    use crate::core_loop::{Share, Sleep};
 
     const REQUESTS: usize = 40;
 
@@ -166,6 +167,42 @@ mod tests {
         let lateness = &core_loop.times.lateness;
         assert!(lateness.count() >= 2 && lateness.max_us() <= TICK.as_micros() as u64, "{lateness:?}");
         assert_eq!(core_loop.links[0].received, FRAMES as u64);
+    }
+
+    #[test]
+    fn a_client_and_the_alarm_end_a_sleep_among_clients() {
+        let CoreLoop { core, modbus, alarm, .. } = &mut turning();
+        let sockets = modbus.as_mut().unwrap();
+        alarm.bell().ring();
+        sockets.sleep(alarm, None).unwrap();
+        assert_eq!(sockets.ready(core), 0);
+        // It rings no more.
+        sockets.sleep(alarm, Some(Duration::from_millis(1))).unwrap();
+        let _client = TcpStream::connect(&sockets.addresses()[0][0]).unwrap();
+        sockets.sleep(alarm, None).unwrap();
+        assert_eq!(sockets.ready(core), 1);
+        // A ring that comes amid other work is not lost.
+        alarm.bell().ring();
+        sockets.take_events();
+        sockets.sleep(alarm, None).unwrap();
+    }
+
+    #[test]
+    fn the_loop_sleeps_among_clients_if_it_listens_to_them_and_no_step_is_due_soon() {
+        let mut core_loop = turning();
+        let sleeps_among_clients = |core_loop: &mut CoreLoop| {
+            let now = core_loop.clock.now();
+            matches!(core_loop.how_to_sleep(now, false, None), Sleep::AmongClients(_))
+        };
+        assert!(!sleeps_among_clients(&mut core_loop), "a step is due within a millisecond");
+        core_loop.core = Core::new(1, &[], core_loop.clock.now()).unwrap();
+        assert!(sleeps_among_clients(&mut core_loop));
+        let mut share = Share::new(core_loop.clock.now(), Duration::ZERO);
+        share.look(core_loop.clock.now(), Duration::from_secs(1));
+        core_loop.share = Some(share);
+        assert!(!sleeps_among_clients(&mut core_loop), "they have to wait");
+        (core_loop.share, core_loop.modbus) = (None, None);
+        assert!(!sleeps_among_clients(&mut core_loop), "there are none");
     }
 
     #[test]

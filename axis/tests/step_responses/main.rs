@@ -1,9 +1,7 @@
 //! The answers of controllers and generators are what they were, and `docs/pictures` shows them.
 //! `UPDATE_DOCS=1` draws the pictures anew, `INSTA_UPDATE=always` writes the numbers.
 
-#[path = "../examples/step_response/chart.rs"]
 mod chart;
-#[path = "../examples/step_response/responses.rs"]
 mod responses;
 
 use std::fmt::Write as _;

@@ -1,6 +1,6 @@
 //! What is asked of an entry at every access, packed apart from what is seldom asked.
 
-use crate::{DataType, Entry};
+use crate::{DataType, Entry, value};
 
 /// What must be known of an entry to read or write a value of fixed length. There is one for each, side by side, because
 /// one request of a bus may concern a hundred of them.
@@ -20,16 +20,16 @@ pub(crate) struct Rule {
 
 impl Rule {
     pub(crate) fn of(entry: &Entry) -> Self {
-        let bits = entry.data_type.bits().unwrap_or(0);
         let is_command = entry.command.is_some();
         let has_limits = entry.range.is_some() || entry.data_type == DataType::Boolean;
         let is_checked = is_command || has_limits || entry.veto.is_some();
-        let mask = u64::MAX.checked_shr(64 - u32::from(bits)).unwrap_or(0);
+        let is_fixed = entry.data_type.bits().is_some();
+        let mask = if is_fixed { value::truncate(u64::MAX, entry.data_type) } else { 0 };
         Self {
             mask,
             sign: if entry.data_type.is_signed() { mask & !(mask >> 1) } else { 0 },
             is_readable: entry.access.is_readable(),
-            is_free: bits > 0 && entry.access.is_writable() && !is_checked,
+            is_free: is_fixed && entry.access.is_writable() && !is_checked,
             is_command,
         }
     }
